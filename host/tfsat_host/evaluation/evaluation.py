@@ -20,7 +20,8 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.euler import euler_zyx_rad
-from tfsat_host.evaluation.checks.check import UNKNOWN, Cause, Check, withheld_by
+from tfsat_host.evaluation.checks.cause_evidence import find_culprit
+from tfsat_host.evaluation.checks.check import UNKNOWN, Cause, Check, SensorColumn, withheld_by
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.checks.recording_checks import maneuver_check
 from tfsat_host.evaluation.checks.rest_checks import start_pose_check
@@ -121,6 +122,7 @@ class Evaluation:
         withheld: Names of the results that are not given (NaN), as of `Check.protects`, each with the check that failed
             farthest above its limit.
         widest: Times that the stated errors were taken in vain; 1: not tried, as greater errors describe no such cause.
+        left_out: The one sensor that the results do without, as it contradicts all others; None: all were used.
     """
 
     log: DropLog
@@ -146,6 +148,7 @@ class Evaluation:
     widened: str = CERTIFICATE
     withheld: Mapping[str, str] = field(default_factory=dict)
     widest: float = 1.0
+    left_out: SensorColumn | None = None
 
     def is_given(self, *results: str) -> bool:
         """Return whether none of these results is withheld.
@@ -227,6 +230,9 @@ def evaluate(
         log, model, schedule, rest, fallback.notes, witnesses or ExternalObservations(), offsets, swarm
     )
     evaluation = drop.evaluate(fallback.calibration)
+    # One sensor that contradicts all others is left out; only several together are taken to be less certain.
+    if (remaining := drop.without_culprit(fallback.calibration, evaluation)) is not None:
+        return remaining
     # If the sensors contradict each other, try greater errors than stated before anything is withheld.
     widened_evaluation, widest = drop.with_less_stated(fallback.calibration, evaluation)
     if widened_evaluation is None:
@@ -302,6 +308,21 @@ class _Drop:
             excess = max(excess, 1.0 + 1e-9)
         return None, min(widening, MAX_WIDENING)
 
+    def without_culprit(self, calibration: Calibration, evaluation: Evaluation) -> Evaluation | None:
+        """Evaluate without the one sensor that the causes accuse; None if there is none, or the others do not agree."""
+        culprit = find_culprit(evaluation.causes)
+        if culprit is None:
+            return None
+        drop = replace(self, log=_silence(self.log, culprit))
+        # The others must agree among each other: else the wrong one was accused, or several are wrong.
+        if drop.contradiction(calibration, SENSED):
+            return None
+        remaining = drop.evaluate(calibration, diagnosed=False)
+        withheld = withheld_by(remaining.checks)
+        return replace(remaining, log=self.log, checks=evaluation.checks, left_out=culprit).with_withheld(
+            withheld
+        )
+
     def contradiction(self, calibration: Calibration, results: frozenset[str]) -> float:
         """Compute how far the sensors behind any of the results contradict each other, without any model.
 
@@ -376,6 +397,13 @@ def _excess(checks: Sequence[Check], results: frozenset[str]) -> float:
     """
     against = (check.excess for check in checks if check.failed and results.intersection(check.protects))
     return max(against, default=0.0)
+
+
+def _silence(log: DropLog, sensor: SensorColumn) -> DropLog:
+    """Return the log as if the sensor had never answered."""
+    imu_valid, angle_valid = log.imu_valid.copy(), log.angle_valid.copy()
+    (imu_valid if sensor.kind == "gyro" else angle_valid)[:, sensor.column] = False
+    return replace(log, imu_valid=imu_valid, angle_valid=angle_valid)
 
 
 def _with_leaning_axes(model: RobotModel, factor: float) -> RobotModel:

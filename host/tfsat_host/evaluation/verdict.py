@@ -93,6 +93,7 @@ def verdict_of(
     moved = [rest.remark for rest in evaluation.standing if rest.unexpected]
     groups: tuple[tuple[str, Iterable[str]], ...] = (
         (f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
+        (f"{evaluation.left_out.name} left out" if evaluation.left_out else "", _left_out(evaluation)),
         ("results are withheld", _withheld(evaluation)),
         (
             f"all ± are widened: the {evaluation.widened} taken {evaluation.widening:.1f} times as uncertain",
@@ -116,6 +117,11 @@ def verdict_of(
     # Groups may share a reason: keep the first of each, in order.
     reasons = tuple(dict.fromkeys(reason for some in present.values() for reason in some))
     return Verdict("doubtful", f"{kind}{sentence[:1].upper()}{sentence[1:]}.", reasons)
+
+
+def _left_out(evaluation: Evaluation) -> Iterator[str]:
+    if evaluation.left_out is not None:
+        yield f"All numbers are without the {evaluation.left_out.name}: it contradicts all other sensors, which agree."
 
 
 def _withheld(evaluation: Evaluation) -> Iterator[str]:

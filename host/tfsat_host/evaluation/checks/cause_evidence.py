@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.checks.check import UNKNOWN, Cause
+from tfsat_host.evaluation.checks.check import UNKNOWN, Cause, SensorColumn
 from tfsat_host.evaluation.checks.whole_residual import WholeResidual
 from tfsat_host.next_step import Advice, NextStep
 
@@ -31,6 +31,7 @@ Theory of Probability, 1961, appendix B)."""
 _ENDS_IT = 2.0
 """Chi-square a number that a true cause may leave: healthy drops leave 0.5."""
 _CERTAIN, _LISTED = 0.995, 0.001
+MIN_CULPRIT_PROBABILITY = 0.95
 _LOOK = Advice("Look at the samples: ", NextStep("decode"))
 Words = Callable[[FloatArray], str]
 
@@ -44,6 +45,7 @@ class Hypothesis(NamedTuple):
         words: The cause in words, by those numbers (q,) at their best fit.
         next_step: What to do about it.
         left: (size,) the residual with the fault put right, but for those numbers; None: as it is.
+        sensor: The one that is wrong then; None: none or several.
     """
 
     kind: str
@@ -51,6 +53,7 @@ class Hypothesis(NamedTuple):
     words: Words
     next_step: str
     left: FloatArray | None = None
+    sensor: SensorColumn | None = None
 
 
 class TestedHypothesis(NamedTuple):
@@ -61,6 +64,7 @@ class TestedHypothesis(NamedTuple):
     words: Callable[[], str]
     next_step: str
     columns: FloatArray
+    sensor: SensorColumn | None = None
 
 
 def try_hypotheses(residuals: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[TestedHypothesis]:
@@ -104,7 +108,12 @@ def _try_hypothesis(
         return hypothesis.words(numbers) + (still if unexplained > _ENDS_IT else "")
 
     return TestedHypothesis(
-        hypothesis.kind, evidence, words, hypothesis.next_step, np.sqrt(squares[likeliest]) * columns
+        hypothesis.kind,
+        evidence,
+        words,
+        hypothesis.next_step,
+        np.sqrt(squares[likeliest]) * columns,
+        hypothesis.sensor,
     )
 
 
@@ -142,8 +151,20 @@ def rank_causes(trials: Sequence[TestedHypothesis]) -> tuple[Cause, ...]:
         best = max(kinds[kind], key=lambda trial: trial.log_evidence)
         probability = float(np.exp(logs[kind] - total))
         if probability >= _LISTED or not causes:
-            causes.append(Cause(kind, best.words(), probability, best.next_step))
+            accusing = logsumexp([trial.log_evidence for trial in kinds[kind] if trial.sensor == best.sensor])
+            share = float(np.exp(accusing - np.log(len(kinds[kind])) - logs[kind]))
+            causes.append(Cause(kind, best.words(), probability, best.next_step, best.sensor, share))
     return tuple(causes)
+
+
+def find_culprit(causes: Sequence[Cause]) -> SensorColumn | None:
+    """Return the sensor that is wrong with a probability of 0.95 or more, whatever is wrong with it; else None."""
+    accused = causes[0].sensor if causes else None
+    if accused is None:
+        return None
+    # Kinds of cause may be tied, such as a bias that stepped and one that was wrong all along, in one sensor.
+    probability = sum(cause.probability * cause.sensor_share for cause in causes if cause.sensor == accused)
+    return accused if probability >= MIN_CULPRIT_PROBABILITY else None
 
 
 def in_words(causes: Sequence[Cause]) -> tuple[str, str]:

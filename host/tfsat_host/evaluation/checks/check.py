@@ -19,6 +19,25 @@ NATS = "nats"
 """Unit of logarithms of evidence."""
 
 
+class SensorColumn(NamedTuple):
+    """One gyro or angle sensor, as a column of the log.
+
+    Attributes:
+        name: For people.
+        kind: Which columns are meant.
+        column: From 0: of a gyro its body, of an angle sensor its place in the log.
+    """
+
+    name: str
+    kind: Literal["gyro", "angle sensor"]
+    column: int
+
+
+def gyro_column(body: int) -> SensorColumn:
+    """Return the column of a body's gyro; bodies are counted from 0."""
+    return SensorColumn(f"gyro of body {body + 1}", "gyro", body)
+
+
 @dataclass(frozen=True, slots=True)
 class Cause:
     """One kind of cause, and how likely it is.
@@ -28,12 +47,16 @@ class Cause:
         cause: In words, of its likeliest member.
         probability: Given that one of those that were tried is true.
         next_step: What to do about it.
+        sensor: The one that it accuses, None: none or several.
+        sensor_share: Of the probability, that of members that accuse this sensor.
     """
 
     kind: str
     cause: str
     probability: float
     next_step: str
+    sensor: SensorColumn | None = None
+    sensor_share: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

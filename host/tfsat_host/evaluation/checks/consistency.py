@@ -27,6 +27,7 @@ from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.components import rotation_about
 from tfsat_host.dynamics.multibody import Multibody, across
+from tfsat_host.evaluation.checks.check import SensorColumn
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, Lag, sheet_lag
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.motion.samples import Blocks
@@ -125,6 +126,10 @@ class Consistency:
     def sensors(self, joint: int) -> list[int]:
         """Return the log's column indices of a joint's angle sensors."""
         return sensor_columns(self.model, joint + 1)
+
+    def angle_sensor(self, joint: int, sensor: int) -> SensorColumn:
+        """Return one angle sensor of a joint as a column of the log."""
+        return SensorColumn(sensor_name(joint, sensor), "angle sensor", self.sensors(joint)[sensor])
 
     def mean(self, values: FloatArray) -> FloatArray:
         """(..., blocks) means over blocks of (..., n)."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.checks.cause_evidence import Hypothesis
+from tfsat_host.evaluation.checks.check import SensorColumn, gyro_column
 from tfsat_host.evaluation.checks.consistency import Consistency, sensor_name
 from tfsat_host.evaluation.checks.small_faults import LOOK, ROBOT, by_blocks, fixed_words, late
 from tfsat_host.evaluation.checks.whole_residual import WholeResidual
@@ -37,8 +38,9 @@ def gross_faults(residuals: WholeResidual) -> Iterator[Hypothesis]:
     put_right = chain(
         _exchanged_axes(data), _changed_misalignments(data), _wrong_orders(data), _exchanged_sensors(data)
     )
-    for kind, sensor_residual, cause, next_step in put_right:
-        yield Hypothesis(kind, none, fixed_words(cause), next_step, residuals.with_sensors(sensor_residual))
+    for kind, sensor_residual, cause, next_step, sensor in put_right:
+        left = residuals.with_sensors(sensor_residual)
+        yield Hypothesis(kind, none, fixed_words(cause), next_step, left, sensor)
     for corrected_residual, cause, next_step in _other_low_passes(residuals):
         yield Hypothesis("low-pass", none, fixed_words(cause), next_step, corrected_residual)
     yield from _reversed_sensors(residuals)
@@ -46,8 +48,8 @@ def gross_faults(residuals: WholeResidual) -> Iterator[Hypothesis]:
     yield from _one_left_out(residuals)
 
 
-Right = tuple[str, FloatArray, str, str]
-"""Kind, the sensors' residual with the fault put right, the cause in words, what to do."""
+Right = tuple[str, FloatArray, str, str, SensorColumn | None]
+"""Kind, the sensors' residual with the fault put right, the cause in words, what to do, the sensor if it is one."""
 
 
 def signed_exchanges() -> FloatArray:
@@ -105,8 +107,8 @@ def _reread(
     # The residual is a sum over the gyros: replace the part of this one.
     others = data.residual - data.gyro_parts[body]
     for exchange, part in zip(exchanges, data.gyro_part(body, gyro, rest), strict=True):
-        cause = f"gyro of body {body + 1}: {_in_words(exchange)}"
-        yield "mounting", others + part, cause, _REMOUNT
+        accused = gyro_column(body)
+        yield "mounting", others + part, f"{accused.name}: {_in_words(exchange)}", _REMOUNT, accused
 
 
 def _wrong_orders(data: Consistency) -> Iterator[Right]:
@@ -125,7 +127,7 @@ def _wrong_orders(data: Consistency) -> Iterator[Right]:
             stands = ", ".join(f"that of body {b + 1} in place {order[b] + 1}" for b in moved)
             cause = f"wrong order of the IMUs: {stands}"
         residual = angles + sum(parts[b][place] for b, place in enumerate(order))
-        yield "order of the IMUs", residual, cause, _REWIRE
+        yield "order of the IMUs", residual, cause, _REWIRE, None
 
 
 def _reversed_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
@@ -145,7 +147,8 @@ def _reversed_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
         offset[data.along(joint, sensor)] = _ANYWHERE_RAD
         for angle in (in_counts, -data.sensed_angles[joint][sensor]):
             corrected_residual = residuals.with_sensors(data.with_one(joint, sensor, angle))
-            yield Hypothesis("reversed sensor", offset, cause, step, corrected_residual)
+            reversed_sensor = data.angle_sensor(joint, sensor)
+            yield Hypothesis("reversed sensor", offset, cause, step, corrected_residual, reversed_sensor)
 
 
 def _exchanged_sensors(data: Consistency) -> Iterator[Right]:
@@ -161,20 +164,23 @@ def _exchanged_sensors(data: Consistency) -> Iterator[Right]:
             sensed[joint] = data.sensor_angles(joint, readings_rad)
         cause = f"{sensor_name(*first)} and {sensor_name(*second)} exchanged"
         step = Advice("Compare the cables of the angle sensors ", ROBOT)
-        yield "exchanged sensors", data.residual_with_angles(sensed), cause, step
+        yield "exchanged sensors", data.residual_with_angles(sensed), cause, step, None
 
 
 def _late_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield delays too large to linearize, of each sensor and of all gyros against all angle sensors."""
     data, by_delay = residuals.data, residuals.by_gyros.delay
     for body in range(data.bodies):
-        name = f"gyro of body {body + 1}"
-        yield _late(residuals, name, _gyros_later(data, [body]), by_delay[:, [body]])
+        gyro = gyro_column(body)
+        fault = _late(residuals, gyro.name, _gyros_later(data, [body]), by_delay[:, [body]])
+        yield fault._replace(sensor=gyro)
     slip, every = "clock slip: all gyros against the angle sensors", range(data.bodies)
     yield _late(residuals, slip, _gyros_later(data, every), by_delay.sum(axis=1, keepdims=True))
     for joint, sensor in np.ndindex(data.joints, 2):
         shifted = _sensor_later(data, joint, sensor)
-        yield _late(residuals, sensor_name(joint, sensor), shifted, np.zeros((residuals.size, 1)))
+        late_sensor = data.angle_sensor(joint, sensor)
+        fault = _late(residuals, late_sensor.name, shifted, np.zeros((residuals.size, 1)))
+        yield fault._replace(sensor=late_sensor)
 
 
 def _gyros_later(data: Consistency, bodies: Sequence[int]) -> Shifted:
@@ -269,19 +275,22 @@ def _one_left_out(residuals: WholeResidual) -> Iterator[Hypothesis]:
         for joint in range(data.joints):
             if body in data.pair(joint):
                 parts += [data.off_axis(joint), data.along(joint, 0), data.along(joint, 1)]
-        cause = _lies_with(data.t_s, f"gyro of body {body + 1}", data.lagging_rad_s[:, body])
+        gyro = gyro_column(body)
+        cause = _lies_with(data.t_s, gyro.name, data.lagging_rad_s[:, body])
         # Any errors of those rows, or any rate of the gyro that changes from block to block only.
         for columns in (_anyhow(residuals, parts), by_blocks(residuals, body)):
-            yield Hypothesis("one sensor", columns, fixed_words(cause), LOOK)
+            yield Hypothesis("one sensor", columns, fixed_words(cause), LOOK, sensor=gyro)
     for joint, sensor in np.ndindex(data.joints, 2):
         # The joint's geometry rests on its other sensor then; the rows of this one are free.
         sensor_residual = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
         readings_rad = data.shown_rad[:, data.sensors(joint)[sensor], None]
-        cause = _lies_with(data.t_s, sensor_name(joint, sensor), readings_rad)
-        columns = _anyhow(residuals, [data.along(joint, sensor)])
-        yield Hypothesis(
-            "one sensor", columns, fixed_words(cause), LOOK, residuals.with_sensors(sensor_residual)
+        angle_sensor = data.angle_sensor(joint, sensor)
+        words = fixed_words(_lies_with(data.t_s, angle_sensor.name, readings_rad))
+        columns, left = (
+            _anyhow(residuals, [data.along(joint, sensor)]),
+            residuals.with_sensors(sensor_residual),
         )
+        yield Hypothesis("one sensor", columns, words, LOOK, left, angle_sensor)
     if residuals.model is not None:
         bounded = ", ".join(residuals.model.fit.bounded)
         cause = "unknown; it lies with the robot file, all sensors agree"

@@ -10,7 +10,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import WEIGHT_STD_RAD_S
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.cause_evidence import SOUND, Hypothesis, Words
-from tfsat_host.evaluation.checks.check import UNKNOWN
+from tfsat_host.evaluation.checks.check import UNKNOWN, SensorColumn, gyro_column
 from tfsat_host.evaluation.checks.consistency import sensor_name
 from tfsat_host.evaluation.checks.stated_errors import axis_std_rad
 from tfsat_host.evaluation.checks.whole_residual import WholeResidual
@@ -132,12 +132,14 @@ def _changed_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
         # A wrong range scales the whole reading, its bias too.
         ranged = columns[:, 6:] + columns[:, :3] * (calibrated.bias_rad_s / calibrated.scale)
         again = {kind: Advice(NextStep(f"calibrate {kind}")) for kind in ("bias", "misalignment", "scale")}
-        yield Hypothesis("gyro bias", _BIAS_RAD_S * columns[:, :3], bias, again["bias"])
-        yield Hypothesis(
-            "gyro misalignment", _TURNED_RAD * columns[:, 3:6], misalignment, again["misalignment"]
+        faults = (
+            ("bias", _BIAS_RAD_S * columns[:, :3], bias),
+            ("misalignment", _TURNED_RAD * columns[:, 3:6], misalignment),
+            ("scale", _SCALE * columns[:, 6:], scale),
+            ("scale", _SCALE * ranged, scale),
         )
-        for free in (columns[:, 6:], ranged):
-            yield Hypothesis("gyro scale", _SCALE * free, scale, again["scale"])
+        for kind, free, words in faults:
+            yield Hypothesis(f"gyro {kind}", free, words, again[kind], sensor=gyro_column(body))
 
 
 def list_numbers(numbers: FloatArray) -> str:
@@ -168,7 +170,8 @@ def _heavy_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
 
 def _late_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
     for body in range(residuals.data.bodies):
-        yield late(f"gyro of body {body + 1}", residuals.by_gyros.delay[:, [body]])
+        gyro = gyro_column(body)
+        yield late(gyro.name, residuals.by_gyros.delay[:, [body]])._replace(sensor=gyro)
     every = residuals.by_gyros.delay.sum(axis=1, keepdims=True)
     yield late("clock slip: all gyros against the angle sensors", every)
 
@@ -218,16 +221,19 @@ def _bias_steps(residuals: WholeResidual) -> Iterator[Hypothesis]:
     for body in range(data.bodies):
         steps = _since(by_blocks(residuals, body), data.blocks)
         for block, edge in enumerate(data.block.edges):
-            yield _step(f"gyro of body {body + 1}", float(data.t_s[edge]), steps[:, block])
+            yield _step(gyro_column(body), float(data.t_s[edge]), steps[:, block])
 
 
-def _step(gyro: str, at_s: float, columns: FloatArray) -> Hypothesis:
+def _step(gyro: SensorColumn, at_s: float, columns: FloatArray) -> Hypothesis:
     when = "at the release" if at_s < _RELEASE_S else f"at {at_s:.1f} s"
 
     def words(numbers: FloatArray) -> str:
-        return f"{gyro}: its bias jumped by {list_numbers(np.rad2deg(_BIAS_RAD_S * numbers))} deg/s {when}"
+        return (
+            f"{gyro.name}: its bias jumped by {list_numbers(np.rad2deg(_BIAS_RAD_S * numbers))} deg/s {when}"
+        )
 
-    return Hypothesis("bias step", columns, words, "Leave this gyro out: it did not bear the drop")
+    step = "Replace this IMU: it did not bear the drop"
+    return Hypothesis("bias step", columns, words, step, sensor=gyro)
 
 
 def _slipped_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
@@ -245,7 +251,9 @@ def _slipped_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
             parts = (slip_columns[:, block + 1 :], slip_columns[:, [block]]) if block else (slip_columns,)
             columns = np.stack([part.sum(axis=1) for part in parts], axis=1)
             hypothesis = _slip(joint, sensor, float(data.t_s[edge]), columns)
-            yield hypothesis._replace(left=residuals.with_sensors(sensor_residual))
+            yield hypothesis._replace(
+                left=residuals.with_sensors(sensor_residual), sensor=data.angle_sensor(joint, sensor)
+            )
 
 
 def _slip(joint: int, sensor: int, at_s: float, columns: FloatArray) -> Hypothesis:
@@ -282,7 +290,7 @@ def _cut_off(residuals: WholeResidual) -> Iterator[Hypothesis]:
         )
         columns = _CUT_OFF_RAD_S * residuals.by_gyro(body, np.array(lacking))
         step = Advice("Set a wider range: ", NextStep("logger-settings"))
-        yield Hypothesis("saturation", columns, fixed_words(cause), step)
+        yield Hypothesis("saturation", columns, fixed_words(cause), step, sensor=gyro_column(body))
 
 
 def _plateaus(t_s: FloatArray, reading: FloatArray) -> Iterator[FloatArray]:

@@ -207,6 +207,8 @@ SMOOTHED = 9
 """Over so many samples a cubic is laid through a joint's sensed angles: a servo's ramp takes a dozen."""
 SMOOTHED_SHARE = 0.505
 """So much of a sample's noise that cubic leaves at its middle: the square root of its largest coefficient, 59 / 231."""
+END_SHARE = 0.615
+"""So much a straight line over as many leaves at its end: the square root of 17 / 45."""
 _UNSENSED_VARIANCE = np.deg2rad(200.0) ** 2
 """Of the rate of a joint that nothing tells: servos turn no faster."""
 
@@ -251,9 +253,13 @@ def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float
 def smooth_savitzky_golay(values: FloatArray) -> FloatArray:
     """(n,) each of n >= SMOOTHED equidistant samples by the cubic through those around it (Savitzky and Golay, 1964).
 
-    The first and the last few share the cubic of the first and the last window.
+    The first and the last few lie on the straight line through the first and the last window: at its end a cubic keeps
+    nearly all of a sample's noise, and its slope has ten times the variance.
     """
-    return np.asarray(savgol_filter(values, SMOOTHED, _SMOOTHING_ORDER))
+    smooth = np.asarray(savgol_filter(values, SMOOTHED, _SMOOTHING_ORDER))
+    lines, half = savgol_filter(values, SMOOTHED, 1), SMOOTHED // 2
+    smooth[:half], smooth[-half:] = lines[:half], lines[-half:]
+    return smooth
 
 
 UNSENSED_STD_RAD = np.deg2rad(6.0)

@@ -33,6 +33,7 @@ from tfsat_host.evaluation.motion.gyro_signal import (
     sheet_lag,
 )
 from tfsat_host.evaluation.motion.joints import (
+    END_SHARE,
     NONE_DETERMINED,
     SMOOTHED,
     SMOOTHED_SHARE,
@@ -215,7 +216,9 @@ class SensorFusion:
 
     def smoothing_rad(self, fused: FusedRates) -> FloatArray:
         """(n, 3) standard deviation of the angle sensors' smoothed noise, where a joint's rate is theirs."""
-        return np.where(fused.by_slopes > _BY_SLOPE, SMOOTHED_SHARE * self.slopes.angle_std_rad, 0.0)
+        share = np.full((len(fused.by_slopes), 1), SMOOTHED_SHARE)
+        share[[0, -1]] = END_SHARE
+        return np.where(fused.by_slopes > _BY_SLOPE, share * self.slopes.angle_std_rad, 0.0)
 
     @property
     def least_excess(self) -> float:
