@@ -318,10 +318,10 @@ class _Drop:
         if drop.contradiction(calibration, SENSED):
             return None
         remaining = drop.evaluate(calibration, diagnosed=False)
-        withheld = withheld_by(remaining.checks)
-        return replace(remaining, log=self.log, checks=evaluation.checks, left_out=culprit).with_withheld(
-            withheld
-        )
+        # Of a sensor that is left out no note says that its samples are bridged.
+        notes = tuple(note for note in remaining.notes if not note.startswith(f"The {culprit.name} lacks"))
+        whole = replace(remaining, log=self.log, notes=notes, checks=evaluation.checks, left_out=culprit)
+        return whole.with_withheld(withheld_by(remaining.checks))
 
     def contradiction(self, calibration: Calibration, results: frozenset[str]) -> float:
         """Compute how far the sensors behind any of the results contradict each other, without any model.

@@ -121,7 +121,10 @@ def verdict_of(
 
 def _left_out(evaluation: Evaluation) -> Iterator[str]:
     if evaluation.left_out is not None:
-        yield f"All numbers are without the {evaluation.left_out.name}: it contradicts all other sensors, which agree."
+        yield (
+            f"All numbers are without the {evaluation.left_out.name}: the other sensors agree, and bridge it with "
+            "larger uncertainty."
+        )
 
 
 def _withheld(evaluation: Evaluation) -> Iterator[str]:

@@ -1,4 +1,4 @@
-# sha256 of protocol/tfsat_log.ksy: 8a126cc27ff81a4168043bb8172c5a6fcee194d22fd3f979f092b32b31e902c9
+# sha256 of protocol/tfsat_log.ksy: c90a87d5e3740f996387961d3aa1504a46d8f5da75c3f32ea5b2d18fb0b1c6f5
 # ruff: noqa
 # fmt: off
 # mypy: ignore-errors
