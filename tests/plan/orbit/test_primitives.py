@@ -50,7 +50,9 @@ def test_durations_are_the_strokes_at_the_joints_rates(cubesat: RobotModel, tabl
         primitive = table.primitive(index)
         travel_deg = np.degrees(sum(abs(angle) for _, angle in primitive.strokes))
         assert primitive.duration_s == pytest.approx(travel_deg / 30.0)
-        assert table.duration_of(primitive.shape, primitive.displacement_rad) == primitive.duration_s
+        assert (
+            table.primitive_of(primitive.shape, primitive.displacement_rad).duration_s == primitive.duration_s
+        )
 
 
 def test_only_useful_ones_are_kept_and_of_equals_the_fastest(table: PrimitiveTable) -> None:

@@ -1,4 +1,4 @@
-"""A chain of loops made as short as it can be, and a time that no chain of such loops can beat.
+"""A chain of loops made as short as it can be, and an estimate of the least time that it can take.
 
 The search takes loops from a grid; here the displacements of the whole chain are free, for the least time that still
 leads to the target (sequential quadratic programming, SLSQP of scipy). Equal loops of a chain stay equal: a long chain
@@ -32,9 +32,9 @@ _ALMOST = 0.999
 def shorten_chain(
     table: PrimitiveTable, primitives: Sequence[Primitive], needed: FloatArray, allowed_rad: float
 ) -> tuple[tuple[Primitive, ...], float] | None:
-    """Minimize the chain's duration over its displacements; None if the result is no faster.
+    """Minimize the chain's duration over its displacements; None if the result misses what is allowed.
 
-    Returns the chain and its remaining angle in rad.
+    Returns the chain and its remaining angle in rad; it may take longer than the one to start from.
 
     Args:
         table: The robot, its start pose, limits and rates.
@@ -87,9 +87,26 @@ def shorten_chain(
     for primitive in trimmed_primitives:
         remaining_xyzw = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), remaining_xyzw)
     remaining = float(quaternion.angle(remaining_xyzw))
-    # Few iterations need not converge: accept only what is faster and within the tolerance.
-    faster = sum(p.duration_s for p in trimmed_primitives) < sum(p.duration_s for p in primitives)
-    return (trimmed_primitives, remaining) if faster and remaining <= allowed_rad else None
+    # Few iterations need not converge.
+    return (trimmed_primitives, remaining) if remaining <= allowed_rad else None
+
+
+def join_repeats(table: PrimitiveTable, primitives: Sequence[Primitive]) -> tuple[Primitive, ...]:
+    """Make one primitive of neighbours that hold the same joint aside: between them it need not come back.
+
+    Their displacements become the mean, so the chain leads elsewhere until it is optimized again.
+    """
+    joined = list[Primitive]()
+    for (shape, _), neighbours in itertools.groupby(
+        primitives, key=lambda primitive: (primitive.shape.once, tuple(np.sign(primitive.displacement_rad)))
+    ):
+        equal = list(neighbours)
+        if shape.held is not None and len(equal) > 1:
+            repeats = [primitive.shape.repeats for primitive in equal]
+            mean = np.average([primitive.displacement_rad for primitive in equal], axis=0, weights=repeats)
+            equal = [table.primitive_of(shape._replace(repeats=sum(repeats)), mean)]
+        joined += equal
+    return tuple(joined)
 
 
 class _Chain:
@@ -116,8 +133,8 @@ class _Chain:
         # A loop that is flown k times takes k times as long for each of its displacements.
         flight_counts = np.repeat(np.bincount(order), np.diff(edges))
         # The tiny number gives a displacement of zero the sign of its bounds.
-        self.seconds = 2.0 * np.sign(start + 1e-300) * flight_counts / table.joint_rate_rad_s[joints]
-        self._loops = {shape: table.loops(shape) for shape in self._shapes}
+        stroke_counts = flight_counts * np.concatenate([shape.stroke_counts for shape in self._shapes])
+        self.seconds = np.sign(start + 1e-300) * stroke_counts / table.joint_rate_rad_s[joints]
         self._known: tuple[bytes, tuple[FloatArray, FloatArray]] | None = None
 
     @classmethod
@@ -139,7 +156,7 @@ class _Chain:
             shift = _DIFFERENCE_RAD * np.eye(len(shape.joints))
             # A loop and its central differences in one batch; changes are in the axes after the loop.
             columns = x[part, None] + np.hstack([np.zeros((len(shift), 1)), shift, -shift])
-            rotation = self._loops[shape].rotations(columns)[:, 0]
+            rotation = self._table.rotations(shape, columns)
             change = quaternion.logarithm(
                 quaternion.product(quaternion.inverse(rotation[:, :1]), rotation[:, 1:])
             )
@@ -170,11 +187,9 @@ class _Chain:
         primitives: list[Primitive | None] = []
         for shape, part in zip(self._shapes, self._parts, strict=True):
             displacement = np.where(np.abs(x[part]) < _STILL_RAD, 0.0, x[part])
-            rotation = self._loops[shape].rotations(displacement[:, None])[:, 0, 0]
-            duration = self._table.duration_of(shape, displacement)
             # A single joint retraces its path, which turns nothing.
             moves = np.count_nonzero(displacement) > 1
-            primitives.append(Primitive(shape, displacement, rotation, duration) if moves else None)
+            primitives.append(self._table.primitive_of(shape, displacement) if moves else None)
         return tuple(p for p in (primitives[number] for number in self._order) if p is not None)
 
 
@@ -184,11 +199,12 @@ _CLIMBS = 12
 
 
 class LeastTime(NamedTuple):
-    """A time that no chain of loops of a table's shapes, within the joints' limits, can beat.
+    """An estimate of the least time of a chain of loops of a table's shapes, within the joints' limits.
 
     Rotations obey the triangle inequality: a chain turns by no more than its loops turn one by one, and tilts a
-    direction by no more than they tilt it. So it takes the turn (or the tilt) that is needed, divided by the greatest
-    turn (or tilt) a second of any single loop, at least.
+    direction by no more than they tilt it. So it takes about the turn (or the tilt) that is needed, divided by the
+    greatest turn (or tilt) a second of any single loop. A joint that is held aside over loops without end takes no
+    time of each.
 
     Attributes:
         seconds: The time.
@@ -208,14 +224,14 @@ class LeastTime(NamedTuple):
 def least_time(
     table: PrimitiveTable, fast_axis: FloatArray, needed: FloatArray, tolerance_rad: float
 ) -> LeastTime:
-    """Compute the least-time bound for a rotation `needed` (4,).
+    """Estimate the least time for a rotation `needed` (4,).
 
     The search for the direction starts at `fast_axis` (3,).
     """
     turns = table.rotation
 
     def by_table(angles: tuple[float, FloatArray]) -> float:
-        return (angles[0] - tolerance_rad) / max(float((angles[1] / table.duration_s).max()), 1e-12)
+        return (angles[0] - tolerance_rad) / max(float((angles[1] / table.inner_s).max()), 1e-12)
 
     # Angle between a body direction before and after a rotation; by the chord, small angles keep digits.
     def tilts(direction: FloatArray, rotation: FloatArray) -> FloatArray:
@@ -227,7 +243,7 @@ def least_time(
         unit = direction / np.linalg.norm(direction)
         return -by_table((float(tilts(unit, needed)), tilts(unit, turns)))
 
-    # Every direction gives a bound: a search without derivatives finds a good one over the kinks.
+    # Every direction gives an estimate, the greatest counts: search without derivatives, over the kinks.
     optimum = optimize.minimize(
         shorter, fast_axis, method="Nelder-Mead", options={"maxiter": 200, "xatol": 1e-3}
     )
@@ -236,13 +252,13 @@ def least_time(
     def tilt(rotation: FloatArray) -> FloatArray:
         return tilts(direction, rotation)
 
-    def bound(of: Literal["turn", "tilt"], measure: Callable[[FloatArray], FloatArray]) -> LeastTime:
+    def estimate(of: Literal["turn", "tilt"], measure: Callable[[FloatArray], FloatArray]) -> LeastTime:
         angle = max(float(measure(needed)) - tolerance_rad, 0.0)
-        # Loops between the grid's may be faster: without climbing the bound would not hold for them.
+        # Loops between the grid's may be faster.
         rate = _greatest_rate(table, measure) if angle > 0.0 else np.inf
         return LeastTime(angle / rate, of, angle, rate, direction)
 
-    return max(bound("turn", quaternion.angle), bound("tilt", tilt), key=lambda bound: bound.seconds)
+    return max(estimate("turn", quaternion.angle), estimate("tilt", tilt), key=lambda least: least.seconds)
 
 
 def _greatest_rate(table: PrimitiveTable, measure: Callable[[FloatArray], FloatArray]) -> float:
@@ -250,11 +266,12 @@ def _greatest_rate(table: PrimitiveTable, measure: Callable[[FloatArray], FloatA
 
     It is climbed to from the table's best loop of each shape.
     """
-    rates = measure(table.rotation) / table.duration_s
+    rates = measure(table.rotation) / table.inner_s
     best = float(rates.max())
     ranked = np.argsort(-rates, kind="stable")
-    # The best loop of each shape: starts of one shape would lead to the same maxima.
-    _, first = np.unique(table.shape[ranked], return_index=True)
+    # The best loop of each shape, however often repeated: starts of one shape would lead to the same maxima.
+    shapes_once = [table.shapes.index(shape.once) for shape in table.shapes]
+    _, first = np.unique(np.array(shapes_once)[table.shape[ranked]], return_index=True)
     for index in ranked[np.sort(first)][:_CLIMBS]:
         if rates[index] < _WORTH_CLIMBING * best:
             break
@@ -265,17 +282,19 @@ def _greatest_rate(table: PrimitiveTable, measure: Callable[[FloatArray], FloatA
 def _climbed_rate(
     table: PrimitiveTable, primitive: Primitive, measure: Callable[[FloatArray], FloatArray]
 ) -> float:
-    """Compute the rate of the measure at the local maximum reached from a primitive."""
-    shape, start = primitive.shape, primitive.displacement_rad
-    loops, joints = table.loops(shape), list(shape.joints)
+    """Compute the rate of the measure at the local maximum reached from a primitive, flown once."""
+    shape, start = primitive.shape.once, primitive.displacement_rad
+    joints = list(shape.joints)
     # Signed, so that the product with the displacements is the loop's duration.
     seconds = 2.0 * np.where(start < 0.0, -1.0, 1.0) / table.joint_rate_rad_s[joints]
+    if shape.held is not None:
+        seconds[shape.held] = 0.0
     room = table.limits_rad[joints] - table.start_rad[joints, None]
     shifts = _DIFFERENCE_RAD * np.hstack([np.zeros((len(start), 1)), np.eye(len(start)), -np.eye(len(start))])
 
     def slower(x: FloatArray) -> tuple[float, FloatArray]:
         columns = x[:, None] + shifts
-        values = -measure(loops.rotations(columns)[:, 0]) / (seconds @ columns)
+        values = -measure(table.rotations(shape, columns)) / (seconds @ columns)
         forward, backward = np.split(values[1:], 2)
         return float(values[0]), (forward - backward) / (2.0 * _DIFFERENCE_RAD)
 

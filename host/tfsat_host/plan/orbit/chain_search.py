@@ -15,6 +15,9 @@ from tfsat_host.plan.orbit.time_to_go import TimeToGo
 _SAME_RAD = 0.005
 # A primitive must bring the target nearer by this at least: rounding is no progress.
 _MIN_GAIN_RAD = 1e-9
+# The time to go counts so many times more where chains of as many primitives are compared: short primitives that
+# bring the target hardly nearer would crowd out long ones that do.
+_TO_GO_WEIGHT = 1.3
 # Where no chain reaches the goal, the search ends with those that would take so many times the estimate, and some
 # loops more.
 _MAX_COST_RATIO = 1.5
@@ -74,7 +77,7 @@ def search(
     """Find the fastest chain by beam search, never slower than the lookup's if that reaches the goal.
 
     Each level of the search appends every primitive to each of the `width` most promising chains: those
-    with the least time so far plus estimated time to go.
+    with the least time so far plus, weighted, the estimated time to go.
 
     Args:
         table: The primitives.
@@ -99,10 +102,10 @@ def search(
         spent = (table.duration_s[:, None] + times).reshape(-1)
         # Update the incumbent before pruning, so that a chain found here bounds this very level.
         best = _better(best, after, spent, chains, goal_rad)
-        worth = spent + time_to_go.seconds(after)
+        to_go = time_to_go.seconds(after)
         # Without an incumbent a generous multiple of the estimate ends hopeless searches.
         limit = best.duration_s if best.remaining_rad <= goal_rad else patience_s
-        survivors = _select_promising(after, worth, limit, width)
+        survivors = _select_promising(after, spent, to_go, limit, width)
         if not len(survivors):
             break
         # The flat index counts parents fastest: remainder and quotient are parent and primitive.
@@ -128,13 +131,16 @@ def _better(best: Route, after: FloatArray, spent: FloatArray, chains: IntArray,
     return Route(chain, float(remaining[index]), float(spent[index]))
 
 
-def _select_promising(after: FloatArray, worth: FloatArray, limit: float, width: int) -> IntArray:
-    """Indices of the `width` best states that are worth less than `limit` and differ from one another."""
+def _select_promising(
+    after: FloatArray, spent: FloatArray, to_go: FloatArray, limit: float, width: int
+) -> IntArray:
+    """Indices of the `width` best states that take less than `limit` by the estimate and differ from one another."""
+    worth = spent + _TO_GO_WEIGHT * to_go
     # Take sixteen candidates a place: many of them fall into the same cell below.
     count = min(16 * width, len(worth))
     few = np.argpartition(worth, count - 1)[:count]
     few = few[np.argsort(worth[few], kind="stable")]
-    few = few[worth[few] < limit]
+    few = few[spent[few] + to_go[few] < limit]
     # Keep one state a cell of rotation vectors: near-duplicates would crowd the beam.
     cells = np.round(quaternion.logarithm(after[:, few]) / _SAME_RAD).astype(np.int64)
     _, first = np.unique(cells, axis=1, return_index=True)

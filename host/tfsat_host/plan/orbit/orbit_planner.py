@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.plan.orbit.chain_polish import shorten_chain
+from tfsat_host.plan.orbit.chain_polish import join_repeats, shorten_chain
 from tfsat_host.plan.orbit.chain_search import lookup, search
 from tfsat_host.plan.orbit.primitive_trim import SHARE_OF_TOLERANCE, trim_primitive
 from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable
@@ -90,7 +90,8 @@ class Planner:
         most: int = 150,
         share: float = SHARE_OF_TOLERANCE,
     ) -> Planner:
-        """Build a planner with the time-to-go estimates of the table."""
+        """Build a planner with the time-to-go estimates of the table; the lookup takes loops flown once."""
+        table = table.single_loops if method == "greedy" else table
         return cls(table, TimeToGo.of(table), method, tolerance_rad, trim, most, share)
 
     def chain(self, needed: FloatArray, *, most: int | None = None, detour: bool = True) -> Chain:
@@ -107,10 +108,16 @@ class Planner:
         most = self.most if most is None else most
         # Close to the target only direct steps: a detour would bring in more model error than it mends.
         if self.method == "greedy" or not detour or quaternion.angle(needed) <= _NO_DETOUR_RAD:
-            return self._chain(needed, most, direct=True)
+            return self._chain(self.table.single_loops, needed, most, direct=True)
+        # Some turns, short ones above all, are found only among loops that are flown once.
+        tables = dict.fromkeys((self.table, self.table.single_loops))
+        return min((self._search_chain(table, needed, most) for table in tables), key=self._order)
+
+    def _search_chain(self, table: PrimitiveTable, needed: FloatArray, most: int) -> Chain:
+        """Search both ways round, and optimize what is found."""
         undone = quaternion.inverse(needed)
         # The beam search is not symmetric in a rotation and its inverse; flying backwards costs the same.
-        forth, back = (self._chain(turn, most, direct=False) for turn in (needed, undone))
+        forth, back = (self._chain(table, turn, most, direct=False) for turn in (needed, undone))
         # Each is optimized the way it was found: a turn and its inverse then take exactly as long.
         if min(forth, back, key=self._order) is forth:
             return self._shorten_chain(forth, needed)
@@ -130,42 +137,50 @@ class Planner:
         missed = chain.remaining_rad > self.tolerance_rad
         return missed, chain.remaining_rad if missed else 0.0, chain.duration_s
 
-    def _chain(self, needed: FloatArray, most: int, *, direct: bool) -> Chain:
+    def _chain(self, table: PrimitiveTable, needed: FloatArray, most: int, *, direct: bool) -> Chain:
         if not self.trim:
-            return self._find_chain(needed, self.tolerance_rad, most, direct=direct)
+            return self._find_chain(table, needed, self.tolerance_rad, most, direct=direct)
         # A coarse goal takes fewer primitives; solving the last loop usually mends the rest.
         coarse = max(self.tolerance_rad, _TRIM_REACH_RAD)
-        chain = self._trim_chain(self._find_chain(needed, coarse, most, direct=direct), needed)
+        chain = self._trim_chain(table, self._find_chain(table, needed, coarse, most, direct=direct), needed)
         # Where it does not, search down to the tolerance itself, and keep the better chain.
         if chain.remaining_rad > self.tolerance_rad and coarse > self.tolerance_rad:
-            finer = self._trim_chain(
-                self._find_chain(needed, self.tolerance_rad, most, direct=direct), needed
-            )
+            finer = self._find_chain(table, needed, self.tolerance_rad, most, direct=direct)
+            finer = self._trim_chain(table, finer, needed)
             chain = min(chain, finer, key=lambda chain: chain.remaining_rad)
         return chain
 
     def _shorten_chain(self, chain: Chain, needed: FloatArray) -> Chain:
-        """Optimize all displacements of the chain; return the chain unchanged if that is not faster."""
+        """Optimize all displacements of the chain, and again with a joint held aside over neighbouring loops."""
         if not self.trim or chain.remaining_rad > self.tolerance_rad:
             return chain
+        chain = self._optimize(chain.primitives, chain, needed)
+        joined = join_repeats(self.table, chain.primitives)
+        return self._optimize(joined, chain, needed) if len(joined) < len(chain.primitives) else chain
+
+    def _optimize(self, start: tuple[Primitive, ...], chain: Chain, needed: FloatArray) -> Chain:
+        """Optimize all displacements from `start` on; return `chain` if that is not faster."""
         for share in (self.share, 0.5 * self.share):  # from some chains the last bit of time is not found
-            shorter_chain = shorten_chain(self.table, chain.primitives, needed, share * self.tolerance_rad)
-            if shorter_chain is not None:
-                return Chain(*shorter_chain)
+            shorter = shorten_chain(self.table, start, needed, share * self.tolerance_rad)
+            if shorter is not None and Chain(*shorter).duration_s < chain.duration_s:
+                return Chain(*shorter)
         return chain
 
-    def _find_chain(self, needed: FloatArray, goal_rad: float, most: int, *, direct: bool) -> Chain:
+    def _find_chain(
+        self, table: PrimitiveTable, needed: FloatArray, goal_rad: float, most: int, *, direct: bool
+    ) -> Chain:
         if direct:
-            route = lookup(self.table, needed, goal_rad, most)
+            route = lookup(table, needed, goal_rad, most)
         else:
-            route = search(self.table, self.time_to_go, needed, goal_rad, most=most)
-        return Chain(tuple(self.table.primitive(index) for index in route.primitives), route.remaining_rad)
+            time_to_go = self.time_to_go if table is self.table else TimeToGo.of(table)
+            route = search(table, time_to_go, needed, goal_rad, most=most)
+        return Chain(tuple(table.primitive(index) for index in route.primitives), route.remaining_rad)
 
-    def _trim_chain(self, chain: Chain, needed: FloatArray) -> Chain:
+    def _trim_chain(self, table: PrimitiveTable, chain: Chain, needed: FloatArray) -> Chain:
         """Solve for the chain's last primitive; return the chain unchanged if that leaves no less."""
         # Only the last loop is free: it must give what those before it leave of the rotation.
         before = chain.primitives[:-1]
-        last, remaining = trim_primitive(self.table, remainder(before, needed), self.tolerance_rad)
+        last, remaining = trim_primitive(table, remainder(before, needed), self.tolerance_rad)
         return Chain((*before, last), remaining) if remaining < chain.remaining_rad else chain
 
 

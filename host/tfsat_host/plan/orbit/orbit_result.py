@@ -38,7 +38,7 @@ class OrbitResult:
         robot_file: Its file or name, as typed.
         planner: Who planned.
         flight: What came of it.
-        least_time: That no chain of such loops can beat.
+        least_time: What a chain of such loops takes at least, estimated.
         possible_tolerance_deg: A tolerance that would be met; None: none is known, or this one is met.
         open_loop_error_rad: What would be left without feedback; None: the model itself flew.
         file: The written plan; None: not asked for.
@@ -134,7 +134,7 @@ def _format_rate(result: OrbitResult) -> str:
 
 
 def _format_least_time(result: OrbitResult) -> str:
-    """Format the lower bound of the flight time, and the turn or tilt that sets it."""
+    """Format the estimate of the least flight time, and the turn or tilt that sets it."""
     least = result.least_time
     if not least.seconds > 0.0:
         return ""
@@ -165,6 +165,20 @@ def _format_noise(result: OrbitResult) -> str:
     return f"{result.measured_to_deg:.2g} deg, above the tolerance: a measured error within it is chance"
 
 
+def _format_strokes(step: Step) -> str:
+    """Format the strokes; those that a joint held aside lets repeat stand once, in brackets."""
+    shape, displacement_rad = step.primitive.shape, step.primitive.displacement_rad
+    words = [
+        f"{joint + 1}:{math.degrees(angle):+.1f}" for joint, angle in shape.once.strokes(displacement_rad)
+    ]
+    if shape.repeats > 1 and shape.held is not None:
+        # A joint of which the optimum is not to move at all has no strokes.
+        first = int(displacement_rad[shape.held] != 0.0)
+        inner = " ".join(words[first : len(words) - first])
+        words = [*words[:first], f"{shape.repeats}x({inner})", *words[len(words) - first :]]
+    return " ".join(words)
+
+
 def _strokes(step: Step) -> list[dict[str, Any]]:
     return [{"joint": joint + 1, "angle_deg": math.degrees(angle)} for joint, angle in step.primitive.strokes]
 
@@ -174,9 +188,7 @@ _STEP: Columns = (
         "strokes",
         "joint:angle / deg",
         of=_strokes,
-        words=lambda step: " ".join(
-            f"{joint + 1}:{math.degrees(angle):+.1f}" for joint, angle in step.primitive.strokes
-        ),
+        words=_format_strokes,
     ),
     *fields("duration_s=primitive.duration_s predicted_xyzw attitude_xyzw measured_xyzw"),
     Column("error_deg", "error"),
@@ -211,7 +223,7 @@ PLAN: Columns = (
     Column("table_size", of=lambda result: len(result.planner.table)),
     Column("axis_rate_deg_s", "Best loop", words=_format_rate),
     *fields("axis_time_s"),
-    Column("least_time_s", "Lower bound of time", of="least_time.seconds", words=_format_least_time),
+    Column("least_time_s", "Estimated least time", of="least_time.seconds", words=_format_least_time),
     *fields("least_time_of=least_time.of least_time_angle_deg=least_time.angle_rad"),
     Column(
         "least_time_rate_deg_s",

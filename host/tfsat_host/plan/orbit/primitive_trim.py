@@ -51,7 +51,6 @@ def _solve_primitive(
     """Solve for one primitive's displacements by least squares, within the joints' limits."""
     shape = primitive.shape
     joints = list(shape.joints)
-    loops = table.loops(shape)
     low, high = (table.limits_rad[joints] - table.start_rad[joints, None]).T
 
     # One batch of 2 d + 1 columns gives the residual and both sides of its central differences.
@@ -63,7 +62,7 @@ def _solve_primitive(
 
     def residual(displacement: FloatArray) -> FloatArray:
         """Rotation vector (3,) that displacements (d,) leave; its slopes come with it, at the price of a call."""
-        undone = quaternion.inverse(loops.rotations(displacement[:, None] + shifts)[:, 0])
+        undone = quaternion.inverse(table.rotations(shape, displacement[:, None] + shifts))
         vectors = quaternion.logarithm(quaternion.product(undone, needed[:, None]))
         forward, backward = np.split(vectors[:, 1:], 2, axis=1)
         slope_cache[displacement.tobytes()] = np.asarray((forward - backward) / (2.0 * _DIFFERENCE_RAD))
@@ -84,8 +83,7 @@ def _solve_primitive(
         max_nfev=20,
     )
     solved = np.clip(solution.x, low, high)
-    displacement = np.where(np.abs(solved) < _STILL_RAD, 0.0, solved)
     # Judge what is flown: the rotation after small strokes were set to zero.
-    rotation = loops.rotations(displacement[:, None])[:, 0, 0]
-    remaining = float(quaternion.angle(quaternion.product(quaternion.inverse(rotation), needed)))
-    return Primitive(shape, displacement, rotation, table.duration_of(shape, displacement)), remaining
+    trimmed = table.primitive_of(shape, np.where(np.abs(solved) < _STILL_RAD, 0.0, solved))
+    undone_xyzw = quaternion.inverse(trimmed.quaternion_xyzw)
+    return trimmed, float(quaternion.angle(quaternion.product(undone_xyzw, needed)))

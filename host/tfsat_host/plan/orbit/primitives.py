@@ -1,6 +1,8 @@
 """Motion primitives: closed loops of two or three joints on a grid, with the rotation and the time of each.
 
-The order of strokes is one of `tfsat_host.plan.loops`: every joint out once and back once.
+The order of strokes is one of `tfsat_host.plan.loops`: every joint out once and back once. Where the joint that moves
+first comes back last, it may be held aside while the others repeat their strokes: between two such loops it would
+come back and go out again, which cancels.
 """
 
 from __future__ import annotations
@@ -25,31 +27,62 @@ _TOLERANCE_RAD = np.radians(1e-4)
 # A loop that turns less than this is no use; two that end closer together are one, and the faster is kept.
 _MIN_TURN_DEG = 0.02
 _SAME_DEG = 0.25
+# Loops with a joint held aside are in the table up to so many times; chains join them to longer ones.
+_MAX_REPEATS = 4
 # A rotation by less has no axis but that of rounding.
 _NO_AXIS_RAD = 1e-9
 
 
 class Shape(NamedTuple):
-    """Which joints a loop moves, in which order. `joints` are indices; +1 in `sequence` opens the first of them."""
+    """Which joints a loop moves, in which order, how often.
+
+    Attributes:
+        joints: Their indices.
+        sequence: The order; +1 opens the first of the joints.
+        repeats: How often the strokes between the first and the last are flown; above 1 only if those two are
+            of one joint, which is then held aside.
+    """
 
     joints: tuple[int, ...]
     sequence: Sequence
+    repeats: int = 1
+
+    @property
+    def held(self) -> int | None:
+        """Which of the joints moves first and comes back last: it may be held aside; None: none does."""
+        return abs(self.sequence[0]) - 1 if self.sequence[0] == -self.sequence[-1] else None
+
+    @property
+    def once(self) -> Shape:
+        """The shape without repeats."""
+        return self._replace(repeats=1)
+
+    @property
+    def stroke_order(self) -> Sequence:
+        """All strokes, as signed numbers of the shape's joints from 1."""
+        first, *inner, last = self.sequence
+        return (first, *inner * self.repeats, last)
+
+    @property
+    def stroke_counts(self) -> IntArray:
+        """(d,) how many strokes each joint makes."""
+        return np.bincount(np.abs(self.stroke_order) - 1)
 
     def strokes(self, displacement_rad: FloatArray) -> list[tuple[int, float]]:
         """Joint index and angle of each stroke, for displacements (d,); a joint that does not move has none."""
         return [
             (self.joints[abs(sign) - 1], float(displacement_rad[abs(sign) - 1]) * (1 if sign > 0 else -1))
-            for sign in self.sequence
+            for sign in self.stroke_order
             if displacement_rad[abs(sign) - 1] != 0.0
         ]
 
 
 @dataclass(frozen=True, eq=False)
 class Primitive:
-    """One closed loop.
+    """One closed loop, or several with a joint held aside.
 
     Attributes:
-        shape: Its joints and their order.
+        shape: Its joints, their order, how often.
         displacement_rad: (d,) of the shape's joints.
         quaternion_xyzw: (4,) from body axes after it to body axes before it, as the model has it.
         duration_s: At the joints' average rates, one stroke after another.
@@ -69,7 +102,7 @@ class Primitive:
     def backwards(self) -> Primitive:
         """The loop flown backwards: it undoes this one, on any robot."""
         return Primitive(
-            Shape(self.shape.joints, backwards(self.shape.sequence)),
+            self.shape._replace(sequence=backwards(self.shape.sequence)),
             self.displacement_rad,
             quaternion.inverse(self.quaternion_xyzw),
             self.duration_s,
@@ -91,8 +124,9 @@ class PrimitiveTable:
         displacement_rad: (m, 3); loops of two joints leave the last column 0.
         rotation: (4, m) quaternions, components first.
         duration_s: (m,).
-        made: How many loops were computed before the useful ones were kept.
+        made: How many primitives were computed before the useful ones were kept.
         steps: Steps of order 6 into which a stroke is divided, as many as the largest loops need for 1e-4 deg.
+        single: The table of loops flown once; None if this is it.
     """
 
     body: Multibody
@@ -107,6 +141,12 @@ class PrimitiveTable:
     duration_s: FloatArray
     made: int
     steps: int
+    single: PrimitiveTable | None = None
+
+    @property
+    def single_loops(self) -> PrimitiveTable:
+        """The table of loops that are flown once: the attitude is measured after each."""
+        return self.single or self
 
     def __len__(self) -> int:
         return len(self.duration_s)
@@ -135,18 +175,40 @@ class PrimitiveTable:
         rates = vector @ quaternion.logarithm(self.rotation) / (angle * self.duration_s)
         return max(float(rates.max()), 0.0)
 
-    def loops(self, shape: Shape) -> Loops:
-        """Return the loops of one shape, whatever their displacements."""
-        return Loops(self.body, shape.joints, (shape.sequence,), start_rad=self.start_rad, steps=self.steps)
+    @cached_property
+    def inner_s(self) -> FloatArray:
+        """(m,) durations without the strokes of a joint that may be held aside."""
+        seconds = self.duration_s.copy()
+        for number, shape in enumerate(self.shapes):
+            if shape.held is not None:
+                rows = self.shape == number
+                out_and_back = 2.0 * np.abs(self.displacement_rad[rows, shape.held])
+                seconds[rows] -= out_and_back / self.joint_rate_rad_s[shape.joints[shape.held]]
+        return seconds
 
-    def duration_of(self, shape: Shape, displacement_rad: FloatArray) -> float:
-        """Time in s of a loop with displacements (d,)."""
-        return float(_durations(shape, displacement_rad[:, None], self.joint_rate_rad_s)[0])
+    @cached_property
+    def _loops(self) -> dict[Shape, Loops]:
+        return {}
+
+    def rotations(self, shape: Shape, displacements_rad: FloatArray) -> FloatArray:
+        """Quaternions (4, b) of primitives of one shape with displacements (d, b)."""
+        if shape.once not in self._loops:
+            self._loops[shape.once] = Loops(
+                self.body, shape.joints, (shape.sequence,), start_rad=self.start_rad, steps=self.steps
+            )
+        return _repeat(self._loops[shape.once].rotations(displacements_rad)[:, 0], shape.repeats)
+
+    def primitive_of(self, shape: Shape, displacement_rad: FloatArray) -> Primitive:
+        """Compute the primitive of a shape with displacements (d,), on the grid or not."""
+        column = displacement_rad[:, None]
+        duration = float(_durations(shape, column, self.joint_rate_rad_s)[0])
+        return Primitive(shape, displacement_rad, self.rotations(shape, column)[:, 0], duration)
 
 
 def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
     """Build the table of useful loops of every two and three joints, from the robot's start pose.
 
+    Those that can be repeated with a joint held aside are in it once, twice, up to `_MAX_REPEATS` times.
     Loops stay within the joint limits. Useful loops turn by 0.02 deg or more and are the fastest of those whose
     rotation vectors fall into the same cell of 0.25 deg a side.
 
@@ -174,40 +236,49 @@ def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
             steps = max(steps, enough_steps(body, joints, start, far, _TOLERANCE_RAD))
             rotations = Loops(body, joints, orders, start_rad=start, steps=steps).rotations(displacements)
             for number, order in enumerate(orders):
-                shape = Shape(joints, order)
                 # Pad to three columns, so that loops of two and of three joints share one table.
                 padded = np.zeros((displacements.shape[1], 3))
                 padded[:, : len(joints)] = displacements.T
-                index = np.full(len(padded), len(shapes))
-                parts.append((index, padded, rotations[:, number], _durations(shape, displacements, rates)))
-                shapes.append(shape)
+                max_repeats = _MAX_REPEATS if Shape(joints, order).held is not None else 1
+                for shape in (Shape(joints, order, repeats) for repeats in range(1, max_repeats + 1)):
+                    index = np.full(len(padded), len(shapes))
+                    rotation = _repeat(rotations[:, number], shape.repeats)
+                    parts.append((index, padded, rotation, _durations(shape, displacements, rates)))
+                    shapes.append(shape)
     if not parts:
         grid_axes(robot.joint_limits_rad, start, step_deg)  # says what is wrong
     shape_index, displacement, duration = (
         np.concatenate([part[column] for part in parts]) for column in (0, 1, 3)
     )
     rotation = np.concatenate([part[2] for part in parts], axis=1)
-    keep = _useful(rotation, duration)
-    if not len(keep):
+    repeats = np.array([shape.repeats for shape in shapes])[shape_index]
+
+    def table(rows: IntArray, single: PrimitiveTable | None) -> PrimitiveTable:
+        keep = rows[_useful(rotation[:, rows], duration[rows])]
+        return PrimitiveTable(
+            body,
+            start,
+            robot.joint_limits_rad,
+            rates,
+            step_deg,
+            tuple(shapes),
+            shape_index[keep],
+            displacement[keep],
+            np.ascontiguousarray(rotation[:, keep]),
+            duration[keep],
+            made=len(rows),
+            steps=steps,
+            single=single,
+        )
+
+    single = table(np.flatnonzero(repeats == 1), None)
+    if not len(single):
         raise OrbitError(
             what=f"No loop of {robot.name} on a grid of {step_deg:g} deg turns it by {_MIN_TURN_DEG:g} deg.",
             meaning="No attitude can be reached by this robot's joints.",
             next_step="Check the robot's joint axes (parallel ones hardly turn it) and limits_deg.",
         )
-    return PrimitiveTable(
-        body,
-        start,
-        robot.joint_limits_rad,
-        rates,
-        step_deg,
-        tuple(shapes),
-        shape_index[keep],
-        displacement[keep],
-        np.ascontiguousarray(rotation[:, keep]),
-        duration[keep],
-        made=len(duration),
-        steps=steps,
-    )
+    return table(np.arange(len(duration)), single)
 
 
 def _displacements(
@@ -225,8 +296,13 @@ def _displacements(
 
 
 def _durations(shape: Shape, displacements: FloatArray, rates: FloatArray) -> FloatArray:
-    """(b,) of displacements (d, b): every joint out and back."""
-    return np.asarray(2.0 * (np.abs(displacements) / rates[list(shape.joints), None]).sum(axis=0))
+    """(b,) of displacements (d, b): every stroke of every joint."""
+    return np.asarray(shape.stroke_counts @ (np.abs(displacements) / rates[list(shape.joints), None]))
+
+
+def _repeat(rotation: FloatArray, count: int) -> FloatArray:
+    """Rotations (4, ...) flown `count` times."""
+    return rotation if count == 1 else quaternion.exponential(count * quaternion.logarithm(rotation))
 
 
 def _useful(rotation: FloatArray, duration: FloatArray) -> IntArray:
