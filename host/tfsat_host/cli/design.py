@@ -32,7 +32,7 @@ check against the drop tower fails.
 what is asked for:
 {ROBOT}
 --joints N,N     joints that may move (default: all)
---time-limit S   time of all strokes together, s (default 1.5; the paper's 59/70 takes 1.518)
+--time-limit S   time of all strokes together, s (default 1.5; the paper's 59/70 takes 1.532)
 --speed DEG_S    average joint speed, deg/s (default: the servos')
 --limit DEG,DEG  greatest displacement of each of the joints, deg
 --robust K       the greatest mean less K standard deviations over the file's [uncertainty]

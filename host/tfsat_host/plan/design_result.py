@@ -14,7 +14,7 @@ from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.plan.loops import format_sequence
-from tfsat_host.plan.maneuver_design import Candidate, Design, Robust, candidate
+from tfsat_host.plan.maneuver_design import Candidate, Design, Robust, scheduled_candidate
 from tfsat_host.plan.reach_envelope import EnvelopeError, envelope_of
 from tfsat_host.plan.tower_checks import CHECK, Check, TowerReport, check_maneuver
 from tfsat_host.quantity import Column, Columns, Table, columns_of, fields, number, vector
@@ -100,9 +100,8 @@ def paper_candidate(proposal: Proposal) -> Candidate | None:
         and problem.joints[:2] == (0, 1)
         and bool((displacements <= problem.limit_rad).all())
     )
-    if not is_possible or problem.keeps_time(displacements):
-        return None
-    return candidate(problem, displacements, _PAPER_SEQUENCE)
+    paper = scheduled_candidate(problem, displacements, _PAPER_SEQUENCE) if is_possible else None
+    return paper if paper is not None and paper.duration_s > problem.time_limit_s else None
 
 
 _CANDIDATE: Columns = (

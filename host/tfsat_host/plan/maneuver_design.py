@@ -104,31 +104,37 @@ class Design:
         return self.optimum.reorientation_deg - self.swarm.reorientation_deg
 
     def round_candidate(self, candidate: Candidate) -> Candidate:
-        """Return the candidate as `maneuver` commands it: displacements in whole hundredths of a degree."""
+        """Return the candidate as `maneuver` commands it, of displacements in whole hundredths of a degree.
+
+        They keep the time limit with each start on the sequencer's grid, and turn the robot farthest of those near.
+        """
         problem = self._problem_facing(candidate)
-        rounded = np.radians(problem.commanded_deg(np.abs(candidate.alpha_deg)))
         # From the robot's joint numbers back to those of the problem.
         signs = {joint + 1: number for number, joint in enumerate(self.problem.joints, start=1)}
         sequence = tuple(int(math.copysign(signs[abs(stroke)], stroke)) for stroke in candidate.sequence)
-        return _candidate(problem, rounded, sequence)
+        near = problem.schedulable_deg(np.abs(candidate.alpha_deg), sequence)
+        on_grid = [
+            scheduled_candidate(problem, np.radians(displacements), sequence) for displacements in near
+        ]
+        return max(on_grid, key=lambda scheduled: scheduled.reorientation_deg)
 
     def _problem_facing(self, candidate: Candidate) -> Problem:
         return self.problem.with_directions(np.where(candidate.alpha_deg < 0.0, -1.0, 1.0))
 
     def maneuver(self, candidate: Candidate, name: str = "") -> Maneuver:
-        """Build the maneuver to be flown, its displacements rounded to 0.01 deg.
+        """Build the maneuver to be flown, of the displacements of `round_candidate`.
 
-        Rounding keeps the strokes within the time limit. If a servo needs longer than the average speed
+        If a servo needs longer than the average speed
         implies, each stroke gets an explicit start time, after the end of the previous one.
 
         Raises:
             DesignError: the candidate moves no joint by 0.01 deg.
         """
-        if not candidate.sequence:
+        commanded = self.round_candidate(candidate)
+        if not commanded.sequence:
             raise DesignError("particles", "Nothing that was found turns a joint by 0.01 deg.")
         facing = self._problem_facing(candidate)
-        commanded = facing.commanded_deg(np.abs(candidate.alpha_deg))
-        return maneuver_of(facing, candidate.sequence, commanded, name)
+        return maneuver_of(facing, commanded.sequence, np.abs(commanded.alpha_deg), name)
 
 
 def maneuver_of(problem: Problem, sequence: Sequence, alpha_deg: FloatArray, name: str) -> Maneuver:
@@ -282,6 +288,15 @@ def candidate(problem: Problem, displacements_rad: FloatArray, sequence: Sequenc
     # A stroke that rounds to nothing is not flown.
     moving = tuple(stroke for stroke in sequence if commanded[abs(stroke) - 1] > 0.0)
     return _candidate(problem, displacements_rad, min(moving, backwards(moving)))
+
+
+def scheduled_candidate(problem: Problem, displacements_rad: FloatArray, sequence: Sequence) -> Candidate:
+    """Compute the candidate of a stroke sequence, its time that of a schedule with starts on the sequencer's grid."""
+    moving = tuple(stroke for stroke in sequence if displacements_rad[abs(stroke) - 1] > 0.0)
+    exact = _candidate(problem, displacements_rad, moving)
+    # Hundredths of a degree, as they are commanded, without what binary digits add.
+    alpha_deg = np.round(exact.alpha_deg, 2) + 0.0
+    return replace(exact, alpha_deg=alpha_deg, duration_s=problem.scheduled_s(displacements_rad, moving))
 
 
 def _candidate(problem: Problem, displacements_rad: FloatArray, moving: Sequence) -> Candidate:

@@ -17,14 +17,17 @@ from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.loops import Loops, Sequence, best_sequence, classes, enough_steps
 from tfsat_host.plan.swarm import Coefficient, SwarmSettings
+from tfsat_host.protocol.limits import SCHEDULE_GRID_US
 from tfsat_host.robot import RobotModel
-from tfsat_host.units import CDEG_PER_DEG
+from tfsat_host.units import CDEG_PER_DEG, s_from_us
 
 DEFAULT_TIME_LIMIT_S = 1.5  # 2.5 s of fall less 1.0 s of margin (paper, section "Design of optimal ...")
 MAX_JOINTS = 4  # 864 sequences; five joints have 39480
 _MIN_STROKE_RAD = math.radians(0.01)  # the sequencer's resolution
 _EXACT_CDEG = 1e-6  # what binary digits cost of a hundredth
 _EXACT_TIME = 1e-9
+GRID_S = s_from_us(SCHEDULE_GRID_US)
+"""Starts of strokes are multiples of it."""
 # The time of a short stroke goes with the root of its size: below this its slope is held, to be finite.
 _STEEPEST_RAD = math.radians(0.01)
 # Greatest error of a loop's rotation by the steps of its integration.
@@ -215,8 +218,8 @@ class Problem:
         average = size / self.speed_rad_s >= self.stroke_s(size)
         return np.where(average, 1.0 / self.speed_rad_s, short)
 
-    def farthest_rad(self, stroke_s: float) -> FloatArray:
-        """(d,) displacements that take so long."""
+    def farthest_rad(self, stroke_s: float | FloatArray) -> FloatArray:
+        """(d,) displacements that take so long, each joint's own time (d,) or one for all."""
         rate, acceleration = self.max_rate_rad_s, self.acceleration_rad_s2
         # Invert the servo's profile: with a cruise if both ramps fit into the time, else two ramps alone.
         ramps = rate / acceleration
@@ -272,6 +275,48 @@ class Problem:
                 break
             angles_cdeg[number] = max(angles_cdeg[number] - 1.0, 0.0)
         return np.asarray(angles_cdeg / CDEG_PER_DEG)
+
+    def scheduled_s(self, displacements_rad: FloatArray, sequence: Sequence) -> float:
+        """Time from the first stroke's start to the last one's end, with every start on the sequencer's grid.
+
+        Args:
+            displacements_rad: (d,).
+            sequence: Numbers of the problem's joints, from 1, in flight order; their signs do not matter.
+        """
+        strokes_s = self.stroke_s(displacements_rad)[np.abs(np.array(sequence, dtype=int)) - 1]
+        # A nanosecond off, as where the schedule is made: rounding must not cost a whole step.
+        steps = np.ceil((strokes_s[:-1] - 1e-9) / GRID_S)
+        return float(steps.sum() * GRID_S + strokes_s[-1:].sum())
+
+    def schedulable_deg(self, displacements_deg: FloatArray, sequence: Sequence) -> Iterator[FloatArray]:
+        """Yield displacements (d,) near these that keep the time limit with every start on the sequencer's grid.
+
+        Each joint as commanded by itself, or as far as it goes in the whole steps of the grid below and above; the
+        last stroke, after which none has to wait for the grid, also as far as it goes in the time that is left.
+        """
+        plain, stroke_s = self.commanded_deg(displacements_deg), self.stroke_s(np.radians(displacements_deg))
+        around_s = [GRID_S * rounding((stroke_s - 1e-9) / GRID_S) for rounding in (np.floor, np.ceil)]
+        options = np.stack([plain, *map(self._reach_deg, around_s)])
+        # A joint that stands goes on standing.
+        per_joint = [sorted(set(column)) for column in np.where(plain > 0.0, options, 0.0).T.tolist()]
+        # What overran the limit by its strokes alone, such as a swarm's result, may keep its time.
+        allowed_s = max(self.time_limit_s, float(self.duration_s(np.radians(displacements_deg))))
+        allowed_s *= 1.0 + _EXACT_TIME
+        last = abs(sequence[-1]) - 1 if sequence else 0
+        for chosen in itertools.product(*per_joint):
+            displacements = np.array(chosen)
+            late_s = self.scheduled_s(np.radians(displacements), sequence) - allowed_s
+            if late_s > 0.0:
+                # Its way out stays within the same step of the grid, or the schedule is checked again below.
+                shorter_s = self.stroke_s(np.radians(displacements)) - late_s
+                displacements[last] = self._reach_deg(np.maximum(shorter_s, 0.0))[last]
+            if self.scheduled_s(np.radians(displacements), sequence) <= allowed_s:
+                yield displacements
+
+    def _reach_deg(self, stroke_s: FloatArray) -> FloatArray:
+        """(d,) displacements in whole hundredths of a degree that each joint reaches in its time (d,)."""
+        reach_deg = np.degrees(np.clip(self.farthest_rad(stroke_s), 0.0, self.limit_rad))
+        return np.asarray(np.floor(reach_deg * CDEG_PER_DEG + _EXACT_CDEG) / CDEG_PER_DEG)
 
     def duration_s(self, displacements_rad: FloatArray) -> FloatArray:
         """T (...) of displacements (d, ...): all strokes, one after another, out and back."""

@@ -35,11 +35,11 @@ def _each_design_once(request: pytest.FixtureRequest, monkeypatch: pytest.Monkey
 def test_the_file_is_taken_by_upload_sequence(tfsat_host: RunCli) -> None:
     designed = tfsat_host.json("design")
     assert designed["sequence"] == [1, 2, -1, -2]
-    assert designed["alpha_deg"] == pytest.approx([59.40, 68.10, 0.0], abs=0.01)
+    assert designed["alpha_deg"] == pytest.approx([59.5, 68.0, 0.0])
     assert designed["optimum"]["reorientation_deg"] == pytest.approx(25.677, abs=0.001)
     assert designed["optimum"]["duration_s"] == pytest.approx(1.5)
     assert designed["duration_s"] == pytest.approx(1.5)
-    assert [abs(s["angle_deg"]) for s in designed["schedule"]] == [59.4, 68.1, 59.4, 68.1]
+    assert [abs(s["angle_deg"]) for s in designed["schedule"]] == [59.5, 68.0, 59.5, 68.0]
     # Every check of the precheck passes at the default settings.
     assert all(check["passed"] for check in designed["checks"])
     simulation = tfsat_host.json("simulate", "--file", "maneuver.toml")
@@ -56,8 +56,9 @@ def test_a_seed_writes_the_same_bytes(tfsat_host: RunCli) -> None:
     first, second = ((tfsat_host.folder / f"{n}.toml").read_bytes() for n in (1, 2))
     assert first == second
     assert results[0]["swarm"] == results[1]["swarm"]
+    # Near a swarm that stops elsewhere the sequencer's grid may cost or gain a tenth of a degree.
     assert results[0]["reorientation_deg"] == pytest.approx(
-        results[0]["swarm"]["reorientation_deg"], abs=0.01
+        results[0]["swarm"]["reorientation_deg"], abs=0.2
     )
     # The swarm ends behind the optimum.
     assert results[0]["swarm_behind_optimum_deg"] > 0.0
@@ -66,17 +67,17 @@ def test_a_seed_writes_the_same_bytes(tfsat_host: RunCli) -> None:
 def test_a_person_reads_both_results_and_what_to_type_next(tfsat_host: RunCli) -> None:
     process = tfsat_host("design", "--joints", "2, 1", "--time-limit", "1.518", "--out", "mine.toml")
     assert "+2 +1 -2 -1" in process.stdout or "+1 +2 -1 -2" in process.stdout
-    assert "26.123" in process.stdout
+    assert "26.123" in process.stdout and "26.068" in process.stdout
     assert "tfsat-host upload-sequence --file mine.toml" in process.stdout
-    assert "11 of 11 checks passed" in process.stdout and "59/70" not in process.stdout
+    assert "11 of 11 checks passed" in process.stdout
 
 
 def test_it_says_why_the_papers_maneuver_turns_farther(tfsat_host: RunCli) -> None:
     """Compare with 59/70, which takes longer than the default time limit."""
     text = " ".join(tfsat_host("design").stdout.split())
-    assert "paper's 59/70 59.00 70.00 0.00 +1 +2 -1 -2 26.106 1.5176" in text
-    assert "it takes 1.518 s; the time limit here is 1.5 s" in text
-    assert "tfsat-host design --time-limit 1.518" in text
+    assert "paper's 59/70 59.00 70.00 0.00 +1 +2 -1 -2 26.106 1.5318" in text
+    assert "it takes 1.532 s; the time limit here is 1.5 s" in text
+    assert "tfsat-host design --time-limit 1.532" in text
 
 
 def test_everything_can_be_set(tfsat_host: RunCli) -> None:

@@ -105,7 +105,8 @@ def test_the_command_writes_the_robust_maneuver_and_compares(tfsat_host: RunCli)
         robust["mean_deg"] - 3 * robust["std_deg"]
         > robust["optimum_mean_deg"] - 3 * robust["optimum_std_deg"]
     )
-    assert result["alpha_deg"] == pytest.approx(robust["alpha_deg"], abs=0.01)
+    # Within a step of the sequencer's grid, 1.7 deg.
+    assert result["alpha_deg"] == pytest.approx(robust["alpha_deg"], abs=1.7)
     assert result["optimum"]["reorientation_deg"] == plain["optimum"]["reorientation_deg"]
     output = tfsat_host("design", "--robust", 3, "--out", "robust.toml").stdout
     assert "With uncertainty:" in output and "\n robust " in output
