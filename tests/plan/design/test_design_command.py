@@ -57,9 +57,7 @@ def test_a_seed_writes_the_same_bytes(tfsat_host: RunCli) -> None:
     assert first == second
     assert results[0]["swarm"] == results[1]["swarm"]
     # Near a swarm that stops elsewhere the sequencer's grid may cost or gain a tenth of a degree.
-    assert results[0]["reorientation_deg"] == pytest.approx(
-        results[0]["swarm"]["reorientation_deg"], abs=0.2
-    )
+    assert results[0]["reorientation_deg"] == pytest.approx(results[0]["swarm"]["reorientation_deg"], abs=0.2)
     # The swarm ends behind the optimum.
     assert results[0]["swarm_behind_optimum_deg"] > 0.0
 
