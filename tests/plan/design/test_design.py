@@ -321,6 +321,27 @@ def test_what_is_commanded_is_near_and_keeps_time_and_limits(
     assert (commanded <= 90.0).all()
 
 
+@settings(max_examples=60)
+@given(
+    # Shorter, the slowest servo turns nothing by 0.01 deg, which is refused.
+    time_limit_s=st.floats(0.3, 3.0),
+    shares=st.lists(st.floats(0.0, 1.0), min_size=3, max_size=3),
+    acceleration_deg_s2=st.floats(100.0, 1e5),
+)
+def test_some_displacements_near_any_keep_the_time_on_the_grid(
+    drop_tower: RobotModel, time_limit_s: float, shares: list[float], acceleration_deg_s2: float
+) -> None:
+    problem = Problem.of(drop_tower, DesignSettings(time_limit_s=time_limit_s))
+    problem = replace(problem, acceleration_rad_s2=np.full(3, np.radians(acceleration_deg_s2)))
+    desired_deg = np.degrees(problem.within_time(np.radians(90.0) * np.array(shares)))
+    sequence = (1, 2, 3, -1, -2, -3)
+    schedulable = list(problem.schedulable_deg(desired_deg, sequence))
+    assert schedulable
+    for displacements_deg in schedulable:
+        assert problem.scheduled_s(np.radians(displacements_deg), sequence) <= time_limit_s + 1e-6
+        assert ((displacements_deg >= 0.0) & (displacements_deg <= 90.0)).all()
+
+
 def test_turns_end_with_the_best_of_their_rounds(
     drop_tower: RobotModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:

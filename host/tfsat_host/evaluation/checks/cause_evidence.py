@@ -32,6 +32,7 @@ _ENDS_IT = 2.0
 """Chi-square a number that a true cause may leave: healthy drops leave 0.5."""
 _CERTAIN, _LISTED = 0.995, 0.001
 MIN_CULPRIT_PROBABILITY = 0.95
+"""Of a sensor that is left out. One that is accused wrongly is kept: the others would not agree without it."""
 _LOOK = Advice("Look at the samples: ", NextStep("decode"))
 Words = Callable[[FloatArray], str]
 
@@ -158,7 +159,7 @@ def rank_causes(trials: Sequence[TestedHypothesis]) -> tuple[Cause, ...]:
 
 
 def find_culprit(causes: Sequence[Cause]) -> SensorColumn | None:
-    """Return the sensor that is wrong with a probability of 0.95 or more, whatever is wrong with it; else None."""
+    """Return the sensor that is wrong with `MIN_CULPRIT_PROBABILITY`, whatever is wrong with it; else None."""
     accused = causes[0].sensor if causes else None
     if accused is None:
         return None

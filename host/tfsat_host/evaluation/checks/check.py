@@ -24,8 +24,8 @@ class SensorColumn(NamedTuple):
 
     Attributes:
         name: For people.
-        kind: Which columns are meant.
-        column: From 0: of a gyro its body, of an angle sensor its place in the log.
+        kind: Of sensor.
+        column: From 0: a gyro's body in `DropLog.imu_valid`, an angle sensor's place in `DropLog.angle_valid`.
     """
 
     name: str
@@ -47,8 +47,8 @@ class Cause:
         cause: In words, of its likeliest member.
         probability: Given that one of those that were tried is true.
         next_step: What to do about it.
-        sensor: The one that it accuses, None: none or several.
-        sensor_share: Of the probability, that of members that accuse this sensor.
+        sensor: That its likeliest member accuses; None: none or several.
+        sensor_share: Share of `probability` whose members accuse this sensor.
     """
 
     kind: str
