@@ -44,8 +44,8 @@ class CalibratedSamples:
         t_s: (n,) the logger's clock.
         rate_rad_s: (n, 4, 3) body axes.
         rate_covariance: (n, 4, 3, 3) of each sample, parameters and noise, (rad/s)^2.
-        rate_jacobian: (n, 4, 3, 9) by bias, rotation vector and scale of each gyro.
-        parameter_covariance: (4, 9, 9), at the temperatures of these samples.
+        rate_jacobian: (n, 4, 3, 12) by bias, rotation vector, scale and skew of each gyro.
+        parameter_covariance: (4, 12, 12), at the temperatures of these samples.
         specific_force_m_s2: (n, 4, 3) at the sensor, body axes.
         specific_force_std_m_s2: (n, 4, 3) by the data sheet, for accelerometers are not calibrated.
         joint_angle_rad: (n, 3) by the absolute sensors.
@@ -115,7 +115,7 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
 
 
 def weightless(parameter_covariance: FloatArray) -> FloatArray:
-    """(..., 9, 9) of gyros that fall, by that of gyros that stood or hung when their biases were taken."""
+    """(..., 12, 12) of gyros that fall, by that of gyros that stood or hung when their biases were taken."""
     fallen = parameter_covariance.copy()
     # Gravity's part of the bias is gone in the fall, and the bias has wandered since the bench.
     fallen[..., :3, :3] += (WEIGHT_STD_RAD_S**2 + IN_RUN_STD_RAD_S**2) * np.eye(3)
@@ -123,7 +123,7 @@ def weightless(parameter_covariance: FloatArray) -> FloatArray:
 
 
 def _in_use(gyro: GyroCalibration, temperature_c: FloatArray) -> FloatArray:
-    """(9, 9) covariance of the parameters where the die is warmer or colder than when its bias was taken."""
+    """(12, 12) covariance of the parameters where the die is warmer or colder than when its bias was taken."""
     covariance = gyro.covariance.copy()
     if np.isfinite(gyro.temperature_c):
         # Over seconds, for one reading's noise is not the die's temperature.

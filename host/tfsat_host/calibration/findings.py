@@ -14,7 +14,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration, Recording
 from tfsat_host.calibration.misalignment import angle_between
 from tfsat_host.calibration.response import across
-from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import MOUNTING, GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.calibration.steps.evidence import Evidence
@@ -88,7 +88,9 @@ class JointAxis:
         """Standard deviation of the axis's direction, per transverse direction."""
         # A rotation vector along the axis leaves it where it is; one across moves it by as much.
         project = across(self.axis_sensor)
-        return float(np.rad2deg(np.sqrt(np.trace(project @ self.gyro.covariance[3:6, 3:6] @ project) / 2.0)))
+        return float(
+            np.rad2deg(np.sqrt(np.trace(project @ self.gyro.covariance[MOUNTING, MOUNTING] @ project) / 2.0))
+        )
 
     @property
     def cross_axis(self) -> tuple[float, ...]:
@@ -142,7 +144,7 @@ class GyroAxis:
         """Standard deviation of the axis's direction, in the worst transverse direction."""
         # A small rotation d moves the axis by d x axis; the largest eigenvalue is the worst way across.
         cross = np.cross(np.eye(3), self.axis_sensor)
-        spread = cross @ self.gyro.covariance[3:6, 3:6] @ cross.T
+        spread = cross @ self.gyro.covariance[MOUNTING, MOUNTING] @ cross.T
         return float(np.rad2deg(np.sqrt(np.linalg.eigvalsh(spread)[-1])))
 
 

@@ -1,7 +1,7 @@
 """How a gyro sits on its body, and its scale factors: from its responses to rotations about known axes; and checked.
 
 Unknown are the rotation M from sensor to body axes and the scale factors s; a response about the body axis a is
-s * (M^T a). The rotation starts from Wahba's problem (solved by SVD, Markley 1988) and is then found together with
+S (M^T a). The rotation starts from Wahba's problem (solved by SVD, Markley 1988) and is then found together with
 the scale factors by Gauss-Newton steps. What no response determines keeps the uncertainty of the design and of the data
 sheet. The joints' axes lean by what the robot file's `[uncertainty]` says: two of them that a gyro sees askew are so,
 or its scale factors make it so, or both.
@@ -22,7 +22,15 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.response import Response, across, direction, turn_axis
-from tfsat_host.calibration.sensors.gyro import MOUNTING_STD_RAD, SCALE_STD, GyroCalibration
+from tfsat_host.calibration.sensors.gyro import (
+    MOUNTING,
+    MOUNTING_STD_RAD,
+    SCALE_STD,
+    SKEW_STD,
+    GyroCalibration,
+    by_response,
+    response_matrix,
+)
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import AXES, Step
 from tfsat_host.next_step import Advice, NextStep
@@ -65,13 +73,15 @@ class Misalignment:
     Attributes:
         rotation: (3, 3) from sensor to body axes.
         scale: (3,) reading over truth, sensor axes.
-        covariance: (6, 6) of a rotation vector in sensor axes (rad), then of the scale.
+        skew: (3,) see `GyroCalibration`.
+        covariance: (9, 9) of a rotation vector in sensor axes (rad), of the scale and of the skew.
         misfit: Sum of squares of what responses and design leave, each in its standard deviations.
         degrees_of_freedom: Of that sum.
     """
 
     rotation: FloatArray
     scale: FloatArray
+    skew: FloatArray
     covariance: FloatArray
     misfit: float
     degrees_of_freedom: int
@@ -93,24 +103,26 @@ def solve_misalignment(
     """
     # Start from the closed-form attitude; one axis alone leaves the turn about it to the design.
     rotation = wahba(responses) if spans_two_axes(responses) else nominal
-    scale, leans = np.ones(3), np.zeros((len(hinges), 2))
+    response = np.concatenate([np.ones(3), np.zeros(3)])
+    leans = np.zeros((len(hinges), 2))
     prior = _Prior(nominal, hinges, lean_std_rad)
     for _ in range(_STEPS):
-        normal, right, _ = _linearize(responses, rotation, scale, leans, prior)
+        normal, right, _ = _linearize(responses, rotation, response, leans, prior)
         # The priors keep the normal matrix regular, whatever the responses leave undetermined.
         step = np.linalg.solve(normal, right)
         # Compose on the right: the error vector lives in sensor axes, as the covariance does.
         rotation = rotation @ Rotation.from_rotvec(step[:3]).as_matrix()
-        scale = scale + step[3:6]
-        leans = leans + step[6:].reshape(leans.shape)
+        response = response + step[3:9]
+        leans = leans + step[9:].reshape(leans.shape)
         if np.abs(step).max() < _CONVERGED:
             break
     # Linearize once more, so that covariance and misfit belong to the final parameters.
-    normal, _, misfit = _linearize(responses, rotation, scale, leans, prior)
+    normal, _, misfit = _linearize(responses, rotation, response, leans, prior)
     # Every prior row pays for the parameter that it constrains; a direction has two components across it.
     freedom = sum(3 if response.has_length else 2 for response in responses)
     # Cut the leans out only after inverting: the marginal covariance includes what they leave open.
-    return Misalignment(rotation, scale, np.asarray(np.linalg.inv(normal)[:6, :6]), misfit, freedom)
+    covariance = np.asarray(np.linalg.inv(normal)[:9, :9])
+    return Misalignment(rotation, response[:3], response[3:], covariance, misfit, freedom)
 
 
 def spans_two_axes(responses: Sequence[Response]) -> bool:
@@ -152,16 +164,24 @@ class _Prior(NamedTuple):
 
 
 def _linearize(
-    responses: Sequence[Response], rotation: FloatArray, scale: FloatArray, leans: FloatArray, prior: _Prior
+    responses: Sequence[Response],
+    rotation: FloatArray,
+    scale_skew: FloatArray,
+    leans: FloatArray,
+    prior: _Prior,
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Normal matrix (6 + 2 h, 6 + 2 h), right side and misfit about a rotation, scale factors and leans (h, 2)."""
+    """Normal matrix (9 + 2 h, 9 + 2 h), right side and misfit about rotation, scale and skew (6,), leans (h, 2)."""
     # Rotation vector from the present mounting to the design: the prior's residual, in sensor axes.
     off = Rotation.from_matrix(rotation.T @ prior.nominal).as_rotvec()
     # Without a lean any positive deviation does: no response depends on it, so it stays at zero.
     std = np.concatenate(
-        [np.repeat([MOUNTING_STD_RAD, SCALE_STD], 3), np.full(leans.size, prior.lean_std_rad or 1.0)]
+        [
+            np.repeat([MOUNTING_STD_RAD, SCALE_STD, SKEW_STD], 3),
+            np.full(leans.size, prior.lean_std_rad or 1.0),
+        ]
     )
-    left_of_prior = np.concatenate([off, 1.0 - scale, -leans.ravel()]) / std
+    left_of_prior = np.concatenate([off, 1.0 - scale_skew[:3], -scale_skew[3:], -leans.ravel()]) / std
+    gain = response_matrix(scale_skew[:3], scale_skew[3:])
     normal, right = np.diag(1.0 / std**2), left_of_prior / std
     misfit = float(left_of_prior @ left_of_prior)
     for response in responses:
@@ -175,12 +195,10 @@ def _linearize(
         axis = rotation.T @ axis
         # M exp(d): the axis is then at axis + axis x d.
         jacobian = np.zeros((3, len(std)))
-        jacobian[:, :6] = np.hstack([scale[:, None] * np.cross(np.eye(3), axis), np.diag(axis)])
+        jacobian[:, :9] = np.hstack([gain @ np.cross(np.eye(3), axis), by_response(axis)])
         if hinge_lean is not None:
-            jacobian[:, 6 + 2 * hinge_lean[0] : 8 + 2 * hinge_lean[0]] = scale[:, None] * (
-                rotation.T @ hinge_lean[1]
-            )
-        expected = scale * axis
+            jacobian[:, 9 + 2 * hinge_lean[0] : 11 + 2 * hinge_lean[0]] = gain @ rotation.T @ hinge_lean[1]
+        expected = gain @ axis
         # Only a direction was measured: normalize the model, and project its derivative likewise.
         if not response.has_length:
             size = np.linalg.norm(expected)
@@ -217,8 +235,14 @@ def with_misalignment(
     covariance[3:, 3:] = mounting_fit.covariance
     # All directions date from before the last landing, which may have turned the sensor since.
     if responses and not any(response.fresh for response in responses):
-        covariance[3:6, 3:6] += LANDING_TILT_STD_RAD**2 * np.eye(3)
-    changed = replace(gyro, rotation=mounting_fit.rotation, scale=mounting_fit.scale, covariance=covariance)
+        covariance[MOUNTING, MOUNTING] += LANDING_TILT_STD_RAD**2 * np.eye(3)
+    changed = replace(
+        gyro,
+        rotation=mounting_fit.rotation,
+        scale=mounting_fit.scale,
+        skew=mounting_fit.skew,
+        covariance=covariance,
+    )
     # A direction's age is what a landing ends; the newest response about an axis decides.
     axes: dict[str, datetime] = {}
     scaled: dict[str, datetime] = {}

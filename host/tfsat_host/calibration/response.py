@@ -171,8 +171,8 @@ def axis_response(motion: Motion, body: int) -> Response:
     readings = motion.readings(body)
     response = direction(readings, motion.axis(body), motion.sense() * motion.joint_rate_rad_s)
     gyro, held_gyro = motion.gyros[body - 1], motion.gyros[motion.held - 1]
-    # An error of the axis, in body axes, becomes one of the reading through s ∘ Mᵀ.
-    to_reading = gyro.scale[:, None] * gyro.rotation.T
+    # An error of the axis, in body axes, becomes one of the reading through S Mᵀ.
+    to_reading = gyro.response @ gyro.rotation.T
     # The held body's motion is taken off by a mounting that is not exact.
     held_rates = held_gyro.body_rates(motion.recording.rate_rad_s[:, motion.held - 1])
     share = (held_rates**2).sum() / (readings**2).sum()

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calibration, Subject
-from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import MOUNTING, PARAMETERS, SCALE, SKEW, GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, harmonics
 from tfsat_host.calibration.servos.fit import fit_servo_map
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, arrivals, board_pulse_us, servo_plan
@@ -30,6 +30,7 @@ TEMPERATURE_C = 25.0
 _BIAS_STD_RAD_S = np.deg2rad(0.001)
 _MOUNTING_STD_RAD = np.deg2rad(0.005)
 _SCALE_STD = 4e-4
+_SKEW_STD = 5e-4
 _ZERO_STD_RAD = np.deg2rad(0.002)
 _BEND_STD_RAD = np.deg2rad(0.02)
 _NOISE_BANDWIDTH_HZ = 64.0
@@ -95,16 +96,20 @@ def worse_certificate(calibration: Calibration, times: float, random: np.random.
 def _gyro(
     model: RobotModel, truth: Imperfections, body: int, random: np.random.Generator, measured: datetime
 ) -> GyroCalibration:
-    # Order of the gyro's nine parameters: bias, mounting, scale, each for x, y, z.
-    std = np.repeat([_BIAS_STD_RAD_S, _MOUNTING_STD_RAD, _SCALE_STD], 3)
-    off = std * random.standard_normal(9)
-    mounted = truth.mounting[body] @ model.imus[body].sensor_to_body
+    # Order of the gyro's parameters: bias, mounting, scale, skew, three of each.
+    std = np.repeat([_BIAS_STD_RAD_S, _MOUNTING_STD_RAD, _SCALE_STD, _SKEW_STD], 3)
+    off = std * random.standard_normal(PARAMETERS)
+    placed = truth.mounting[body] @ model.imus[body].sensor_to_body
+    # What the chip shows of a rate in its axes: its symmetric part is what calibration calls response, the rest turns.
+    left, gains, right = np.linalg.svd(np.diag(truth.gyro_scale[body]) + truth.gyro_cross_axis[body])
+    mounted, response = placed @ (left @ right).T, (left * gains) @ left.T
     return GyroCalibration(
         body=body + 1,
-        bias_rad_s=_bias_on_the_bench(truth, body, mounted) + off[:3],
+        bias_rad_s=_bias_on_the_bench(truth, body, placed) + off[:3],
         # A small rotation on the right: the calibration's error is in sensor axes.
-        rotation=mounted @ Rotation.from_rotvec(off[3:6]).as_matrix(),
-        scale=truth.gyro_scale[body] + off[6:],
+        rotation=mounted @ Rotation.from_rotvec(off[MOUNTING]).as_matrix(),
+        scale=np.diag(response) + off[SCALE],
+        skew=response[[1, 2, 0], [2, 0, 1]] + off[SKEW],
         covariance=np.diag(std**2),
         noise_rad_s=np.full(
             # Density times the root of the bandwidth, but no less than the quantization noise q / sqrt(12).

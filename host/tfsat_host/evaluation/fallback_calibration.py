@@ -12,7 +12,7 @@ import numpy as np
 from tfsat_host.angles import wrap_angle
 from tfsat_host.calibration.certificate.certificate import Calibration, Quantity, Subject
 from tfsat_host.calibration.misalignment import LANDING_TILT_STD_RAD
-from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
+from tfsat_host.calibration.sensors.gyro import MOUNTING, GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
@@ -191,7 +191,7 @@ def gyro_since(gyro: GyroCalibration, lacking: Lacking) -> GyroCalibration:
         covariance[:3, :3] += LANDING_BIAS_STD_RAD_S**2 * np.eye(3)
     # A shock tilts a sensor about any axis: one stale angle widens all three.
     if any(_is_stale(lacking, f"misalignment of body {gyro.body} about {axis}") for axis in "xyz"):
-        covariance[3:6, 3:6] += LANDING_TILT_STD_RAD**2 * np.eye(3)
+        covariance[MOUNTING, MOUNTING] += LANDING_TILT_STD_RAD**2 * np.eye(3)
     return replace(gyro, covariance=covariance)
 
 

@@ -22,7 +22,7 @@ from tfsat_host.calibration.certificate.layout import (
     whole,
     written_values,
 )
-from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import BIAS, MOUNTING, PARAMETERS, SCALE, SKEW, GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.config import Table
@@ -34,7 +34,7 @@ _DEG = np.pi / 180.0
 _MAX_VALUE = 65_535
 # Bounds of plausibility: the widest range of any gyro; a sensor beyond 45 deg shows no angle.
 _MAX_BIAS_RAD_S, _MAX_NONLINEARITY_RAD = 2000.0 * _DEG, 45.0 * _DEG
-_BODY_UNITS = np.repeat([_DEG, _DEG, 1.0], 3)
+_BODY_UNITS = np.repeat([_DEG, _DEG, 1.0, 1.0], 3)
 """Of the rows and columns of a gyro's covariance."""
 _GYRO = {
     "body": whole("body", 1, IMU_COUNT),
@@ -65,14 +65,21 @@ _GYRO = {
         "measured?": times("scaled"),
         "measured_frame": "body",
     },
+    "skew": {
+        "value": numbers("skew", 3),
+        "std": numbers("skew_std", 3),
+        "unit": "1",
+        "frame": "sensor",
+        "order": ["yz", "zx", "xy"],
+    },
     "covariance": {
-        "value": numbers("covariance", 9, 9, si=np.outer(_BODY_UNITS, _BODY_UNITS)),
-        "order": ["bias x y z", "rotation vector x y z", "scale x y z"],
-        "unit": ["deg/s", "deg", "1"],
+        "value": numbers("covariance", PARAMETERS, PARAMETERS, si=np.outer(_BODY_UNITS, _BODY_UNITS)),
+        "order": ["bias x y z", "rotation vector x y z", "scale x y z", "skew yz zx xy"],
+        "unit": ["deg/s", "deg", "1", "1"],
         "frame": "sensor",
     },
 }
-_STD_OF_GYRO = {"bias": slice(0, 3), "mounting": slice(3, 6), "scale": slice(6, 9)}
+_STD_OF_GYRO = {"bias": BIAS, "mounting": MOUNTING, "scale": SCALE, "skew": SKEW}
 _JOINT = {
     "joint": whole("joint", 1, JOINT_COUNT),
     "direction": numbers("direction", 2),

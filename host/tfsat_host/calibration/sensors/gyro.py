@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import cached_property
 
 import numpy as np
 
@@ -16,18 +17,29 @@ BIAS_STD_RAD_S = np.deg2rad(20.0) / 3.0**0.5
 """Of a gyro whose bias was never measured: anywhere within 20 deg/s (PS-MPU-6000A rev. 3.4, section 6.1)."""
 MOUNTING_STD_RAD = np.deg2rad(5.0)
 """About each axis, of a sensor that was mounted with care and never measured."""
+SKEW_STD = 0.02 / 6.0**0.5
+"""Of each skew: each axis shows 2 % of a rate about another at most (PS-MPU-6000A rev. 3.4, section 6.1), anywhere
+within; half the sum of two such shares is a skew, half their difference a rotation."""
+BIAS, MOUNTING, SCALE, SKEW = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
+"""Of a gyro's parameters."""
+PARAMETERS = 12
+_ACROSS = ((1, 2), (2, 0), (0, 1))
+"""Of each skew the two axes: y and z, z and x, x and y."""
 
 
 @dataclass(frozen=True, eq=False)
 class GyroCalibration:
-    """The gyro of one body: reading = scale * (rotation^T rate) + bias, component by component.
+    """The gyro of one body: reading = response rotation^T rate + bias.
+
+    The response (3, 3) is symmetric: scale factors on its diagonal, skews (cross-axis sensitivity) beside it.
 
     Attributes:
         body: 1 to 4.
         bias_rad_s: (3,) sensor axes.
         rotation: (3, 3) from sensor to body axes.
         scale: (3,) reading over truth, sensor axes.
-        covariance: (9, 9) of bias (rad/s), of a rotation vector in sensor axes (rad) and of the scale.
+        skew: (3,) what the axes y and z, z and x, x and y show of a rate about the other one, over that rate.
+        covariance: (12, 12) of bias (rad/s), of a rotation vector in sensor axes (rad), of the scale and of the skew.
         noise_rad_s: (3,) standard deviation of one sample about its mean; NaN where none rested.
         temperature_c: Of the die when the bias was taken; NaN where it was not.
         axes: Body axis to when its direction was measured last, such as {"x": ..., "y": ...}.
@@ -39,12 +51,23 @@ class GyroCalibration:
     bias_rad_s: FloatArray
     rotation: FloatArray
     scale: FloatArray
+    skew: FloatArray
     covariance: FloatArray
     noise_rad_s: FloatArray
     temperature_c: float
     axes: Mapping[str, datetime]
     scaled: Mapping[str, datetime]
     bias_recorded_at: datetime | None
+
+    @cached_property
+    def response(self) -> FloatArray:
+        """(3, 3) reading of a rate in sensor axes, symmetric."""
+        return response_matrix(self.scale, self.skew)
+
+    @cached_property
+    def inverse_response(self) -> FloatArray:
+        """(3, 3) rate in sensor axes of a reading without its bias, symmetric."""
+        return np.asarray(np.linalg.inv(self.response))
 
     @property
     def bias_std_rad_s(self) -> FloatArray:
@@ -53,40 +76,59 @@ class GyroCalibration:
 
     def body_rates(self, readings_rad_s: FloatArray) -> FloatArray:
         """(n, 3) rates in body axes of readings (n, 3) in sensor axes."""
-        return np.asarray(((readings_rad_s - self.bias_rad_s) / self.scale) @ self.rotation.T)
+        return np.asarray((readings_rad_s - self.bias_rad_s) @ self.inverse_response @ self.rotation.T)
 
     def readings(self, rates_rad_s: FloatArray) -> FloatArray:
         """(n, 3) in sensor axes, without bias, of rates (n, 3) in body axes."""
-        return np.asarray(self.scale * (rates_rad_s @ self.rotation))
+        return np.asarray((rates_rad_s @ self.rotation) @ self.response)
 
     def add_errors(self, parameters: FloatArray) -> GyroCalibration:
-        """Apply corrections (9,) to bias, rotation vector and scale, in the order of `covariance`."""
+        """Apply corrections (12,) to bias, rotation vector, scale and skew, in the order of `covariance`."""
         from scipy.spatial.transform import Rotation  # half the time that reading a certificate takes
 
         # From the right: the rotation vector is in sensor axes.
-        turn = Rotation.from_rotvec(parameters[3:6]).as_matrix()
+        turn = Rotation.from_rotvec(parameters[MOUNTING]).as_matrix()
         return replace(
             self,
-            bias_rad_s=self.bias_rad_s + parameters[:3],
+            bias_rad_s=self.bias_rad_s + parameters[BIAS],
             rotation=self.rotation @ turn,
-            scale=self.scale + parameters[6:],
+            scale=self.scale + parameters[SCALE],
+            skew=self.skew + parameters[SKEW],
         )
 
     def scale_about(self, axis: int) -> tuple[float, float]:
         """Reading over truth for a rotation about a body axis (0 to 2), and its standard deviation."""
         # A rotation about a body axis is spread over the sensor's axes by the squared cosines.
         shares = self.rotation[axis] ** 2
-        return float(shares @ self.scale), float(np.sqrt(shares @ self.covariance[6:, 6:] @ shares))
+        return float(shares @ self.scale), float(np.sqrt(shares @ self.covariance[SCALE, SCALE] @ shares))
 
     def jacobian(self, readings_rad_s: FloatArray) -> FloatArray:
-        """(n, 3, 9) of the body rates by the parameters, in the order of `covariance`."""
-        # J = M [-diag(1/s), -[v]x, -diag(v/s)] with v = (r - b) / s (docs/calibration.md).
-        rates = (readings_rad_s - self.bias_rad_s) / self.scale
+        """(n, 3, 12) of the body rates by the parameters, in the order of `covariance`."""
+        # J = M [-S^-1, -[v]x, -S^-1 diag(v), -S^-1 (e_i v_j + e_j v_i)] with v = S^-1 (r - b) (docs/calibration.md).
+        rates = (readings_rad_s - self.bias_rad_s) @ self.inverse_response
         # (n, 3, 3): the rows e_k x v are the cross-product matrix [v]x.
         cross = np.cross(np.eye(3), rates[:, None, :])
-        by_bias = np.broadcast_to(np.diag(-1.0 / self.scale), cross.shape)
-        by_scale = -(rates / self.scale)[:, :, None] * np.eye(3)
-        return np.asarray(self.rotation @ np.concatenate([by_bias, -cross, by_scale], axis=2))
+        by_bias = np.broadcast_to(-self.inverse_response, cross.shape)
+        by_responses = -self.inverse_response @ by_response(rates)
+        return np.asarray(self.rotation @ np.concatenate([by_bias, -cross, by_responses], axis=2))
+
+
+def response_matrix(scale: FloatArray, skew: FloatArray) -> FloatArray:
+    """(3, 3) the symmetric response of scale factors (3,) and skews (3,)."""
+    response = np.diag(scale)
+    for value, (first, second) in zip(skew, _ACROSS, strict=True):
+        response[first, second] = response[second, first] = value
+    return response
+
+
+def by_response(rates: FloatArray) -> FloatArray:
+    """(..., 3, 6) of readings by scale factors and skews, for rates (..., 3) in sensor axes."""
+    out = np.zeros((*rates.shape, 6))
+    for axis in range(3):
+        out[..., axis, axis] = rates[..., axis]
+    for skew, (first, second) in enumerate(_ACROSS, 3):
+        out[..., first, skew], out[..., second, skew] = rates[..., second], rates[..., first]
+    return out
 
 
 def by_design(body: int, nominal: FloatArray) -> GyroCalibration:
@@ -94,12 +136,13 @@ def by_design(body: int, nominal: FloatArray) -> GyroCalibration:
 
     `nominal` (3, 3) is its mounting by design, from sensor to body axes.
     """
-    deviations = np.repeat([BIAS_STD_RAD_S, MOUNTING_STD_RAD, SCALE_STD], 3)
+    deviations = np.repeat([BIAS_STD_RAD_S, MOUNTING_STD_RAD, SCALE_STD, SKEW_STD], 3)
     return GyroCalibration(
         body,
         np.zeros(3),
         nominal,
         np.ones(3),
+        np.zeros(3),
         np.diag(deviations**2),
         np.full(3, np.nan),
         float("nan"),

@@ -52,9 +52,9 @@ class Consistency:
         rest_rad_s: (4, 3) mean of each gyro at rest; NaN without one.
         answered: (n, 4).
         variance: (n, 4) of a gyro's sample.
-        jacobian: (n, 4, 3, 9) of body rates by each gyro's parameters.
-        parameter_covariance: (4, 9, 9) as stated of gyros that hang.
-        fall_covariance: (4, 9, 9) of what they change by when they fall.
+        jacobian: (n, 4, 3, 12) of body rates by each gyro's parameters.
+        parameter_covariance: (4, 12, 12) as stated of gyros that hang.
+        fall_covariance: (4, 12, 12) of what they change by when they fall.
         rest: Before the release; None if the robot was not still.
         low_pass: As the header has it.
         model: The robot with the axes of its joints as they were found.

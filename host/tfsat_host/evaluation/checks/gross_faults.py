@@ -95,8 +95,8 @@ def _changed_misalignments(data: Consistency) -> Iterator[Right]:
     turns = exchanges[np.linalg.det(exchanges) > 0.0]
     for body, calibrated in enumerate(data.calibration.gyros):
         # Turn what the sensor felt, then let it show that with its own scale and bias.
-        true = (data.gyro_rad_s[:, body] - calibrated.bias_rad_s) / calibrated.scale
-        gyro = (true @ turns) * calibrated.scale + calibrated.bias_rad_s
+        true = (data.gyro_rad_s[:, body] - calibrated.bias_rad_s) @ calibrated.inverse_response
+        gyro = (true @ turns) @ calibrated.response + calibrated.bias_rad_s
         rest = np.broadcast_to(data.rest_rad_s[body], (len(turns), 3))
         yield from _reread(data, body, turns, gyro, rest)
 

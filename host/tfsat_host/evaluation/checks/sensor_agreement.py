@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.sensors.gyro import PARAMETERS
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.checks.check import Check, Kind, rms_limit, z_limit
@@ -89,8 +90,8 @@ def weight_check(motion: Motion, data: Consistency) -> Check:
     if motion.contradicted or not np.isfinite(data.rest_rad_s).all():
         return WEIGHT.not_possible("The gyros' biases are not known both hanging and in the fall.")
     prior, after = motion.fusion.prior, motion.solved.jacobians.covariance
-    # Root of the covariance of the biases alone, three rows of each gyro's nine.
-    root = prior.gyro_root.reshape(data.bodies, 9, -1)[:, :3].reshape(3 * data.bodies, -1)
+    # Root of the covariance of the biases alone, three rows of each gyro's.
+    root = prior.gyro_root.reshape(data.bodies, PARAMETERS, -1)[:, :3].reshape(3 * data.bodies, -1)
     hanging = data.residual[data.rows(*map(data.at_rest, range(data.bodies)))]
     # Bias by the fall less bias by the rest: both are relative to the certificate's.
     change = prior.parameters_of(motion.solved.errors)[:, :3].ravel() - hanging

@@ -8,6 +8,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import WEIGHT_STD_RAD_S
+from tfsat_host.calibration.sensors.gyro import BIAS, MOUNTING, SCALE
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.cause_evidence import SOUND, Hypothesis, Words
 from tfsat_host.evaluation.checks.check import UNKNOWN, SensorColumn, gyro_column
@@ -130,12 +131,12 @@ def _changed_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
             return f"{gyro} its scale factor is {list_numbers(100.0 * off)} % off the calibrated one"
 
         # A wrong range scales the whole reading, its bias too.
-        ranged = columns[:, 6:] + columns[:, :3] * (calibrated.bias_rad_s / calibrated.scale)
+        ranged = columns[:, SCALE] + columns[:, BIAS] * (calibrated.bias_rad_s / calibrated.scale)
         again = {kind: Advice(NextStep(f"calibrate {kind}")) for kind in ("bias", "misalignment", "scale")}
         faults = (
-            ("bias", _BIAS_RAD_S * columns[:, :3], bias),
-            ("misalignment", _TURNED_RAD * columns[:, 3:6], misalignment),
-            ("scale", _SCALE * columns[:, 6:], scale),
+            ("bias", _BIAS_RAD_S * columns[:, BIAS], bias),
+            ("misalignment", _TURNED_RAD * columns[:, MOUNTING], misalignment),
+            ("scale", _SCALE * columns[:, SCALE], scale),
             ("scale", _SCALE * ranged, scale),
         )
         for kind, free, words in faults:
@@ -210,7 +211,7 @@ def by_blocks(residuals: WholeResidual, body: int) -> FloatArray:
     """(size, 3 blocks) by what a gyro's axes show less, block by block, in typical biases."""
     data, gyro = residuals.data, residuals.data.calibration.gyros[body]
     within = np.repeat(np.eye(data.blocks), data.block.counts, axis=1)
-    axes = -_BIAS_RAD_S * (gyro.rotation / gyro.scale)
+    axes = -_BIAS_RAD_S * (gyro.rotation @ gyro.inverse_response)
     # (blocks, 3, n, 3): one sensor axis shows less within one block; the last axis is the body's.
     rates = within[:, None, :, None] * axes.T[None, :, None, :]
     return residuals.by_gyro(body, rates.reshape(-1, len(data.t_s), 3))
@@ -278,7 +279,7 @@ def _cut_off(residuals: WholeResidual) -> Iterator[Hypothesis]:
         readings = data.lagging_rad_s[:, body]
         lacking = [
             np.outer(hat, axis)
-            for axis_rates, axis in zip(readings.T, (gyro.rotation / gyro.scale).T, strict=True)
+            for axis_rates, axis in zip(readings.T, (gyro.rotation @ gyro.inverse_response).T, strict=True)
             for hat in _plateaus(data.t_s, np.abs(axis_rates))
         ]
         if not lacking:

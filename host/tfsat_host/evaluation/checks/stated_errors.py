@@ -8,15 +8,17 @@ from typing import NamedTuple
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.calibration.sensors.gyro import MOUNTING, PARAMETERS
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.motion.gyro_signal import DELAY_STD_S, READ_APART_STD_S, derivative, sheet_lag
 from tfsat_host.evaluation.motion.joints import SHARED_CAUSE, UNSENSED_STD_RAD, sample_noise_rad
 from tfsat_host.robot import ASSUMED
 
-GYRO_FLOOR = np.array([*[np.deg2rad(0.005)] * 3, *[np.deg2rad(0.05)] * 3, *[1e-3] * 3])
-"""No gyro's bias, mounting and scale are better than this, whatever a certificate states: the earth turns 0.004 deg/s,
-frames give under a servo's load, and the scale bends by 0.2 % of the range (PS-MPU-6000A rev. 3.4, section 6.1)."""
+GYRO_FLOOR = np.array([*[np.deg2rad(0.005)] * 3, *[np.deg2rad(0.05)] * 3, *[1e-3] * 6])
+"""No gyro's bias, mounting, scale and skew are better than this, whatever a certificate states: the earth turns 0.004
+deg/s, frames give under a servo's load, and the scale bends by 0.2 % of the range (PS-MPU-6000A rev. 3.4, section
+6.1)."""
 RATE_FLOOR_RAD_S = np.deg2rad(0.02)
 """Of a mean over 0.1 s: frames that ring after a stroke."""
 SENSOR_FLOOR_RAD = np.deg2rad(0.02)
@@ -74,8 +76,8 @@ class ByGyros(NamedTuple):
     """k rows by the errors of each of the four gyros.
 
     Attributes:
-        parameters: (k, 4, 9) bias, rotation vector, scale.
-        in_fall: (k, 4, 9) the same, were they other ones in the fall alone.
+        parameters: (k, 4, 12) bias, rotation vector, scale, skew.
+        in_fall: (k, 4, 12) the same, were they other ones in the fall alone.
         delay: (k, 4) of the low-pass, s.
         second: (k, 4) its second moment, s^2; see `motion/gyro_signal.py`.
     """
@@ -86,7 +88,7 @@ class ByGyros(NamedTuple):
     second: FloatArray
 
     def as_stated(self, data: Consistency, floor: FloatArray) -> FloatArray:
-        """(k, p) by errors of variance one; no gyro's parameters are better than the floor (9,)."""
+        """(k, p) by errors of variance one; no gyro's parameters are better than the floor (12,)."""
         # The data sheet does not state the second moment: one pole to a pure delay, as in `motion/gyro_signal.py`.
         second_std_s2 = 0.25 * sheet_lag(data.low_pass).delay_s ** 2
         roots = [root_of(c + np.diag(floor**2)) for c in data.parameter_covariance]
@@ -136,8 +138,8 @@ def axis_std_rad(data: Consistency) -> float:
 
 
 def _gyro_jacobian(data: Consistency) -> FloatArray:
-    """(size, 4, 9)."""
-    out = np.zeros((data.size, data.bodies, 9))
+    """(size, 4, 12)."""
+    out = np.zeros((data.size, data.bodies, PARAMETERS))
     for body in range(data.bodies):
         out[:, body] = data.rate_part(body, np.moveaxis(data.jacobian[:, body], 2, 0), data.rotations).T
         # At rest a gyro shows its bias, from which the certificate's is subtracted.
@@ -241,7 +243,7 @@ def _noise(data: Consistency) -> FloatArray:
 
 def _askew(data: Consistency, body: int) -> FloatArray:
     """(n,) rate error of second order in the mounting, which counts for a gyro without calibration."""
-    turned = np.trace(data.parameter_covariance[body, 3:6, 3:6])
+    turned = np.trace(data.parameter_covariance[body, MOUNTING, MOUNTING])
     return np.asarray(turned * np.linalg.norm(data.rates[body], axis=1))
 
 

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.calibration.sensors.gyro import PARAMETERS
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.checks.stated_errors import ByGyros, StatedErrors, axis_std_rad
@@ -23,7 +24,7 @@ from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.rate_fusion import rates_by_angles
 from tfsat_host.evaluation.motion.samples import Blocks, turned_from
 
-_AS_CERTIFIED = np.zeros(9)
+_AS_CERTIFIED = np.zeros(PARAMETERS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,16 +90,18 @@ class WholeResidual:
         if self.model is None:
             return ours
         data, bodies = self.data, self.data.bodies
-        # Eleven columns a gyro in one batch: nine parameters, delay and second moment of its lag.
-        changes = np.zeros((11 * bodies, len(data.t_s), bodies, 3))
+        # One batch: of each gyro its parameters, then delay and second moment of its lag.
+        each = PARAMETERS + 2
+        changes = np.zeros((each * bodies, len(data.t_s), bodies, 3))
         for body, rates in enumerate(data.rates):
-            own = changes[11 * body : 11 * (body + 1), :, body]
-            own[:9] = np.moveaxis(data.jacobian[:, body], 2, 0)
-            own[9] = derivative(data.t_s, rates)
-            own[10] = derivative(data.t_s, own[9])
-        theirs = self.model.by_gyros(changes).reshape(-1, bodies, 11)
+            own = changes[each * body : each * (body + 1), :, body]
+            own[:PARAMETERS] = np.moveaxis(data.jacobian[:, body], 2, 0)
+            own[PARAMETERS] = derivative(data.t_s, rates)
+            own[PARAMETERS + 1] = derivative(data.t_s, own[PARAMETERS])
+        theirs = self.model.by_gyros(changes).reshape(-1, bodies, each)
         # The model's rows are of the fall: there errors of the whole drop and of the fall alone are one.
-        parts = (theirs[..., :9], theirs[..., :9], theirs[..., 9], theirs[..., 10])
+        errors, delay, second = theirs[..., :PARAMETERS], theirs[..., -2], theirs[..., -1]
+        parts = (errors, errors, delay, second)
         return ByGyros(*(np.concatenate(pair) for pair in zip(ours, parts, strict=True)))
 
     @cached_property

@@ -47,7 +47,7 @@ class FallSamples:
         removed_errors: (r,) the sensors' errors that have been removed.
         rate_errors: (m, 6, r) base and joint rates by the sensors' errors, which are independent and of variance one.
         angle_errors: (m, 3, r) joint angles by the same.
-        sensor_errors: (r, r) what the errors are, by the same: first the gyros' parameters, 9 of each, then the two
+        sensor_errors: (r, r) what the errors are, by the same: first the gyros' parameters, 12 of each, then the two
             moments of their lag and what is the joint angles' own, in units of what they may be.
         tilt_rad: (3, 2) of the joints' axes, about the two directions `across` each.
         tilt_errors: (3, 2, r) those by the sensors' errors.

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import block_diag, null_space
 
 from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.calibration.sensors.gyro import PARAMETERS
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.motion.gyro_signal import READ_APART_STD_S, Lag, derivative
 from tfsat_host.evaluation.motion.rate_fusion import FusedRates
@@ -31,7 +32,7 @@ class ErrorJacobians:
     """By r independent errors of variance one, at n samples.
 
     Attributes:
-        gyro_root: (36, 36) the gyros' parameters by the first 36 of them: bias, rotation vector, scale of each.
+        gyro_root: (48, 48) the gyros' parameters by the first 48 of them: bias, rotation vector, scale, skew of each.
         gyros: (n, 4, 3, r) each gyro's rate, its lag taken off; 0 where it did not answer.
         rates: (n, 6, r) base and joint rates from all gyros.
         bodies: (n, 4, 3, r) the bodies' rates that follow.
@@ -59,7 +60,7 @@ class Prior:
     """Standard deviations before the fusion, and where each error stands in the vector.
 
     Attributes:
-        gyro_root: (36, 36) of the covariance of the gyros' parameters.
+        gyro_root: (48, 48) of the covariance of the gyros' parameters.
         lag: (2,) standard deviations of the delay and of its second moment.
         apart: (4, 2, 6) what the gyros' differences add to the delay and to the second moment of each, in sum nothing:
             three errors by slower low-passes, three by later readings.
@@ -137,8 +138,8 @@ class Prior:
         return int(self.walk(len(self.walks) - 1).stop)
 
     def parameters_of(self, errors: FloatArray) -> FloatArray:
-        """(4, 9) what each gyro's parameters are off with errors (r,)."""
-        return np.asarray((self.gyro_root @ errors[self.gyro]).reshape(-1, 9))
+        """(4, 12) what each gyro's parameters are off with errors (r,)."""
+        return np.asarray((self.gyro_root @ errors[self.gyro]).reshape(-1, PARAMETERS))
 
     def lag_of(self, sheet: Lag, errors: FloatArray) -> Lag:
         """Return the data sheet's lag corrected by the errors (r,)."""
@@ -162,14 +163,14 @@ def gyro_errors(
         t_s: (n,).
         lag: As taken off.
         gyro_rates: (n, 4, 3) what the gyros show, body axes.
-        by_parameters: (n, 4, 3, 9) that by each gyro's parameters.
+        by_parameters: (n, 4, 3, 12) that by each gyro's parameters.
     """
     n, bodies = gyro_rates.shape[:2]
     errors = np.zeros((n, bodies, 3, len(prior)))
     # An error in proportion to the rate lags as the rate does.
     by_own = lag.remove(t_s, by_parameters)
     for body in range(bodies):
-        own = slice(9 * body, 9 * body + 9)
+        own = slice(PARAMETERS * body, PARAMETERS * (body + 1))
         errors[:, body, :, own] = by_own[:, body] @ prior.gyro_root[own, own]
     first = derivative(t_s, gyro_rates)
     # Columns by the lag's moments: first and second derivative of what the gyro shows.

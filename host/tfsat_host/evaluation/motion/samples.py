@@ -89,9 +89,9 @@ class Samples:
     Attributes:
         t_s: (n,) after the release, increasing; the true sample times.
         rate_rad_s: (n, 4, 3) body axes, as the gyros show it: late by their low-pass.
-        rate_jacobian: (n, 4, 3, 9) by bias, rotation vector and scale of each gyro.
-        parameter_covariance: (4, 9, 9) of those in the fall.
-        hanging_covariance: (4, 9, 9) of those while the robot hangs, where a bias holds what its weight makes a gyro
+        rate_jacobian: (n, 4, 3, 12) by bias, rotation vector, scale and skew of each gyro.
+        parameter_covariance: (4, 12, 12) of those in the fall.
+        hanging_covariance: (4, 12, 12) of those while the robot hangs, where a bias holds what its weight makes a gyro
             show, as it did when it was taken.
         sensor_angle_rad: (n, 6) what the angle sensors show.
         answered: (n, 4) the gyro answered and was not clipped.
@@ -297,7 +297,7 @@ class Readings:
         return cls(tuple(gyros), bridged, _away_from_holes(samples.answered))
 
     def without(self, parameters: FloatArray) -> tuple[GyroCalibration, ...]:
-        """Return the gyros with the errors (4, 9) of their parameters removed."""
+        """Return the gyros with the errors (4, 12) of their parameters removed."""
         return tuple(gyro.add_errors(off) for gyro, off in zip(self.gyros, parameters, strict=True))
 
     def rates(self, gyros: Sequence[GyroCalibration]) -> FloatArray:
@@ -305,7 +305,7 @@ class Readings:
         return np.stack([g.body_rates(self.reading_rad_s[:, b]) for b, g in enumerate(gyros)], axis=1)
 
     def by_parameters(self, gyros: Sequence[GyroCalibration]) -> FloatArray:
-        """(n, 4, 3, 9) those by each gyro's parameters."""
+        """(n, 4, 3, 12) those by each gyro's parameters."""
         return np.stack([g.jacobian(self.reading_rad_s[:, b]) for b, g in enumerate(gyros)], axis=1)
 
 

@@ -14,7 +14,7 @@ from scipy.special import chdtri
 
 from tfsat_host.arrays import BoolArray, FloatArray, IntArray
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import MOUNTING, PARAMETERS, GyroCalibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.motion.error_model import (
@@ -201,7 +201,7 @@ class SensorFusion:
         parts = [solution.sensors]
         for body, off in enumerate(self.prior.parameters_of(solution.errors)):
             # Biases are left out: weight and warmth change them, which the certificate does not state.
-            mounting_and_scale = slice(9 * body + 3, 9 * body + 9)
+            mounting_and_scale = slice(PARAMETERS * body + 3, PARAMETERS * (body + 1))
             stated, posterior = (
                 covariance[mounting_and_scale, mounting_and_scale] for covariance in (before, after)
             )
@@ -303,7 +303,7 @@ class SensorFusion:
 
 def _has_calibrated_gyros(samples: Samples) -> bool:
     """Return whether the gyros' mountings were measured."""
-    variance = np.diagonal(samples.parameter_covariance, axis1=1, axis2=2)[:, 3:6]
+    variance = np.diagonal(samples.parameter_covariance, axis1=1, axis2=2)[:, MOUNTING]
     return bool(variance.mean() < _CALIBRATED_RAD**2)
 
 

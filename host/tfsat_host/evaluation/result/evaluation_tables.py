@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tfsat_host.calibration.certificate.certificate import quantities
-from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import MOUNTING, GyroCalibration
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.result.drop_result import (
@@ -266,5 +266,5 @@ def _misalignment_deg(gyro: GyroCalibration, evaluation: Evaluation) -> str:
     # Rounding may take the cosine beyond one: clip it.
     angle = np.rad2deg(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))
     # Principal deviations of the tilt; the row shows the greatest, which holds in any direction.
-    std = np.rad2deg(np.sqrt(np.linalg.eigvalsh(gyro.covariance[3:6, 3:6])))
+    std = np.rad2deg(np.sqrt(np.linalg.eigvalsh(gyro.covariance[MOUNTING, MOUNTING])))
     return vector(np.array([angle]), std)
