@@ -118,8 +118,8 @@ def whole_calibration(measured_at: datetime = MEASURED, subject: Subject = SUBJE
     rng = np.random.default_rng(7)
     random_calibration = drawn_calibration(3)
     mounted = [imu.sensor_to_body for imu in load_robot().imus]
-    # Bias, misalignment and scale, three axes each.
-    deviations = np.repeat(np.radians([0.005, 0.02, 0.05]), 3)
+    # Bias, misalignment, scale and skew, three each.
+    deviations = np.repeat(np.radians([0.005, 0.02, 0.05, 0.05]), 3)
     return replace(
         random_calibration,
         subject=subject,

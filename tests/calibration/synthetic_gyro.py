@@ -5,7 +5,7 @@ Noise and sensitivity of the MPU-6050 (PS-MPU-6000A rev. 3.4, section 6.1); the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.calibration.sensors.gyro import SKEW_STD, response_matrix
 
 RATE_HZ = 280.0
 _NOISE_RAD_S = np.radians(0.005) * np.sqrt(RATE_HZ / 2.0)
@@ -22,15 +23,16 @@ _ANGLE_COUNT_RAD = 2.0 * np.pi / 4096
 
 @dataclass(frozen=True, eq=False)
 class Gyro:
-    """Errors of one gyro: `mounting` (3, 3) from sensor to body axes, `scale` (3,), `bias_rad_s` (3,)."""
+    """Errors of one gyro: `mounting` (3, 3) from sensor to body axes, `scale` (3,), `bias_rad_s` (3,), `skew` (3,)."""
 
     mounting: FloatArray
     scale: FloatArray
     bias_rad_s: FloatArray
+    skew: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
     def draw_random(cls, rng: np.random.Generator) -> Gyro:
-        """Mounted along any axes of the body, to 5 deg; scale to 3 %; bias to 5 deg/s."""
+        """Mounted along any axes of the body, to 5 deg; scale to 3 %; bias to 5 deg/s; skew as the data sheet has it."""
         right = Rotation.create_group("O").as_matrix()[rng.integers(24)]
         off = rng.normal(size=3)
         # A random direction, then a random angle up to 5 deg.
@@ -39,6 +41,7 @@ class Gyro:
             Rotation.from_rotvec(off).as_matrix() @ right,
             rng.uniform(0.97, 1.03, 3),
             np.radians(rng.uniform(-5.0, 5.0, 3)),
+            SKEW_STD * rng.standard_normal(3),
         )
 
     @property
@@ -50,7 +53,7 @@ class Gyro:
 
     def reads(self, rate_body_rad_s: FloatArray, rng: np.random.Generator) -> FloatArray:
         """(n, 3) readings of body rates (n, 3)."""
-        true = self.scale * (rate_body_rad_s @ self.mounting)
+        true = (rate_body_rad_s @ self.mounting) @ response_matrix(self.scale, self.skew)
         # The bias is added behind the low-pass: it does not settle.
         filtered = low_passed(true + _NOISE_RAD_S * rng.normal(size=true.shape), 5.0) + self.bias_rad_s
         return np.asarray(np.round(filtered / _COUNT_RAD_S) * _COUNT_RAD_S)

@@ -42,7 +42,7 @@ def calibration_by_truth(robot: EmulatedRobot) -> Calibration:
             by_design(body, truth.mounting[body - 1] @ model.imus[body - 1].sensor_to_body),
             bias_rad_s=truth.gyro_bias_rad_s[body - 1],
             scale=truth.gyro_scale[body - 1],
-            covariance=np.zeros((9, 9)),
+            covariance=np.zeros((12, 12)),
         )
         for body in range(1, 5)
     )
@@ -162,7 +162,13 @@ def counts_of(rng: np.random.Generator, n: int) -> Counts:
 def change_gyro(gyro: GyroCalibration, step: FloatArray) -> GyroCalibration:
     """Return the gyro with its nine parameters changed: the rotation vector is in sensor axes."""
     turned = gyro.rotation @ Rotation.from_rotvec(step[3:6]).as_matrix()
-    return replace(gyro, bias_rad_s=gyro.bias_rad_s + step[:3], rotation=turned, scale=gyro.scale + step[6:9])
+    return replace(
+        gyro,
+        bias_rad_s=gyro.bias_rad_s + step[:3],
+        rotation=turned,
+        scale=gyro.scale + step[6:9],
+        skew=gyro.skew + step[9:],
+    )
 
 
 @settings(max_examples=4)
@@ -172,9 +178,9 @@ def test_the_jacobian_is_how_rates_change_with_the_parameters(seed: int) -> None
     counts = counts_of(np.random.default_rng(seed), 3)
     applied = apply_calibration(counts, calibration, MODEL)
     size = 1e-6
-    for parameter in range(9):
+    for parameter in range(12):
         # Central differences of 1e-6 in each of the nine parameters.
-        step = size * np.eye(9)[parameter]
+        step = size * np.eye(12)[parameter]
         ends = [
             apply_calibration(
                 counts,
@@ -195,7 +201,7 @@ def test_the_covariance_is_how_rates_scatter() -> None:
     rng = np.random.default_rng(5)
     counts = counts_of(rng, 2)
     # A random covariance of all nine errors together, correlated.
-    root = np.radians(0.2) * rng.normal(size=(9, 9))
+    root = np.radians(0.2) * rng.normal(size=(12, 12))
     calibration = drawn_calibration(8)
     gyros = tuple(
         replace(gyro, covariance=root @ root.T, noise_rad_s=np.full(3, 0.02), temperature_c=np.nan)
@@ -206,7 +212,7 @@ def test_the_covariance_is_how_rates_scatter() -> None:
     readings = np.radians(counts.imu_counts[:, 1, 4:7] / SCALES.gyro_lsb_per_deg_s)
     sampled_rates = np.array(
         [
-            change_gyro(gyros[1], root @ rng.normal(size=9)).body_rates(
+            change_gyro(gyros[1], root @ rng.normal(size=12)).body_rates(
                 readings + 0.02 * rng.normal(size=(2, 3))
             )
             for _ in range(4000)

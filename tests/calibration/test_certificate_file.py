@@ -200,7 +200,7 @@ def test_what_cannot_be_is_refused(header: str, old: str, new: str, words: str) 
 def test_errors_that_cannot_vary_like_that() -> None:
     """Correlations of 1, 1 and -1 contradict each other although each alone could be."""
     calibration = whole_calibration()
-    correlation = np.eye(9)
+    correlation = np.eye(12)
     correlation[:3, :3] = [[1, 0.9, 0.9], [0.9, 1, -0.9], [0.9, -0.9, 1]]
     deviations = np.sqrt(np.diag(calibration.gyros[0].covariance))
     # The deviations stay, so that only the correlations are impossible.

@@ -42,14 +42,15 @@ def response(
 
 
 def errors(gyro: Gyro, mounting: Misalignment) -> tuple[FloatArray, FloatArray]:
-    """(6,) errors, rotation vector in sensor axes and scale, and their stated standard deviations."""
+    """(9,) errors, rotation vector in sensor axes, scale and skew, and their stated standard deviations."""
     off = Rotation.from_matrix(mounting.rotation.T @ gyro.mounting).as_rotvec()
-    return np.concatenate([off, mounting.scale - gyro.scale]), np.sqrt(np.diag(mounting.covariance))
+    others = mounting.scale - gyro.scale, mounting.skew - gyro.skew
+    return np.concatenate([off, *others]), np.sqrt(np.diag(mounting.covariance))
 
 
 @pytest.mark.parametrize("robots", [30, pytest.param(100, marks=pytest.mark.prove)])
 def test_rotation_and_scale_of_many_gyros_and_their_intervals(robots: int) -> None:
-    off, stated = np.empty((robots, 6)), np.empty((robots, 6))
+    off, stated = np.empty((robots, 9)), np.empty((robots, 9))
     misfits = []
     for seed in range(robots):
         rng = np.random.default_rng(seed)
@@ -59,10 +60,11 @@ def test_rotation_and_scale_of_many_gyros_and_their_intervals(robots: int) -> No
         off[seed], stated[seed] = errors(gyro, mounting)
         misfits.append(mounting.misfit / mounting.degrees_of_freedom)
     assert np.degrees(np.sqrt((off[:, :3] ** 2).sum(axis=1).mean())) < 0.05
-    assert np.sqrt((off[:, 3:] ** 2).mean()) < 0.002
+    assert np.sqrt((off[:, 3:6] ** 2).mean()) < 0.002
     inside = np.abs(off) < 1.96 * stated
     assert 0.90 <= inside[:, :3].mean() <= 0.99
-    assert 0.90 <= inside[:, 3:].mean() <= 0.99
+    assert 0.90 <= inside[:, 3:6].mean() <= 0.99
+    assert 0.90 <= inside[:, 6:].mean() <= 0.99
     assert 0.5 < np.mean(misfits) < 2.0
 
 

@@ -210,7 +210,12 @@ def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgem
     """Gyros that are said to be far more exact than they are."""
     drop, _ = explain_drop(1)
     calibration = certificate(drop, 1)
-    off = np.random.default_rng(1).standard_normal((4, 9)) * [*[0.0] * 3, *[np.deg2rad(2.0)] * 3, *[0.01] * 3]
+    off = np.random.default_rng(1).standard_normal((4, 12)) * [
+        *[0.0] * 3,
+        *[np.deg2rad(2.0)] * 3,
+        *[0.01] * 3,
+        *[0.0] * 3,
+    ]
     wrong = [gyro.add_errors(by) for gyro, by in zip(calibration.gyros, off, strict=True)]
     comparison = compare_model(
         estimate_motion(drop.log, replace(calibration, gyros=tuple(wrong)), drop.model),
@@ -234,7 +239,7 @@ def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
     gyros = []
     for gyro in calibration.gyros:
         covariance = gyro.covariance.copy()
-        covariance[6:, 6:] = (0.03 / 3**0.5) ** 2 * np.eye(3)
+        covariance[6:9, 6:9] = (0.03 / 3**0.5) ** 2 * np.eye(3)
         gyros.append(replace(gyro, scale=np.ones(3), covariance=covariance))
     fit = compare_model(
         estimate_motion(drop.log, replace(calibration, gyros=tuple(gyros)), drop.model),

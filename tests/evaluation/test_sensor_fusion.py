@@ -30,6 +30,7 @@ from tests.evaluation.drops import (
 from tests.fixtures.emulated_drop import Drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.sensors.gyro import PARAMETERS, SCALE
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.motion import sensor_fusion
@@ -194,7 +195,7 @@ def with_unknown_scale(calibration: Calibration, body: int) -> Calibration:
     """
     gyro = calibration.gyros[body - 1]
     covariance = gyro.covariance.copy()
-    covariance[6:, 6:] = UNKNOWN_SCALE**2 * np.eye(3)
+    covariance[6:9, 6:9] = UNKNOWN_SCALE**2 * np.eye(3)
     off = UNKNOWN_SCALE * np.random.default_rng(body).choice([-1.0, 1.0], 3)
     unknown = replace(gyro, scale=gyro.scale + off, covariance=covariance)
     gyros = tuple(unknown if sensor.body == body else sensor for sensor in calibration.gyros)
@@ -202,9 +203,9 @@ def with_unknown_scale(calibration: Calibration, body: int) -> Calibration:
 
 
 def gyro_learnt(motion: Motion, body: int) -> tuple[FloatArray, FloatArray]:
-    """(9,) what was taken off the parameters of a gyro, and (9,) how far they may still be off."""
+    """(12,) what was taken off the parameters of a gyro, and (12,) how far they may still be off."""
     prior, solved = motion.fusion.prior, motion.solved
-    root = prior.gyro_root[9 * (body - 1) : 9 * body]
+    root = prior.gyro_root[PARAMETERS * (body - 1) : PARAMETERS * body]
     covariance = root @ solved.jacobians.covariance[prior.gyro, prior.gyro] @ root.T
     return prior.parameters_of(solved.errors)[body - 1], np.sqrt(np.diag(covariance))
 
@@ -219,7 +220,7 @@ def test_neighbours_teach_a_gyro_the_scale_factors_that_nobody_knows(
 
     def remaining_error(other_estimate: Motion) -> tuple[FloatArray, FloatArray]:
         learnt, std = gyro_learnt(other_estimate, body)
-        return believed + learnt[6:] - true, std[6:]
+        return believed + learnt[SCALE] - true, std[SCALE]
 
     estimate = estimate_motion(drop.log, calibration, drop.model)
     with monkeypatch.context() as patched:

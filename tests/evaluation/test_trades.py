@@ -106,8 +106,8 @@ def test_a_scale_factor_that_nobody_calibrated_is_seen_in_the_offsets() -> None:
     fitted_drop = fit_drop(1)
     samples = fitted_drop.motion.samples
     covariance = samples.parameter_covariance.copy()
-    covariance[:, 6:, :], covariance[:, :, 6:] = 0.0, 0.0
-    covariance[:, 6:, 6:] = 0.03**2 * np.eye(3)
+    covariance[:, 6:9, :], covariance[:, :, 6:9] = 0.0, 0.0
+    covariance[:, 6:9, 6:9] = 0.03**2 * np.eye(3)
     unscaled = replace(samples, parameter_covariance=covariance)
     calibration = calibrated_from_truth(MODEL, fitted_drop.drop.imperfections, 1)
     fall_samples = flown_of(

@@ -116,7 +116,7 @@ def _gyro_errors(day: CalibrationDay, solution: Solution, body: int) -> dict[str
     return {
         "bias": Errors(np.rad2deg(bias), np.rad2deg(std[:3])),
         "misalignment": Errors(np.rad2deg(off), np.rad2deg(std[3:6])),
-        "scale": Errors(100 * (gyro.scale - truth.gyro_scale[body]), 100 * std[6:]),
+        "scale": Errors(100 * (gyro.scale - truth.gyro_scale[body]), 100 * std[6:9]),
     }
 
 

@@ -102,8 +102,8 @@ def _taken_for_one(calibration: Calibration) -> Calibration:
     for gyro in calibration.gyros:
         covariance = gyro.covariance.copy()
         # Variance of the scale factors only; their correlations with bias and misalignment are cut.
-        covariance[6:], covariance[:, 6:] = 0.0, 0.0
-        covariance[6:, 6:] = _UNDOUBTED_STD**2 * np.eye(3)
+        covariance[6:9], covariance[:, 6:9] = 0.0, 0.0
+        covariance[6:9, 6:9] = _UNDOUBTED_STD**2 * np.eye(3)
         gyros.append(replace(gyro, covariance=covariance))
     return replace(calibration, gyros=tuple(gyros))
 

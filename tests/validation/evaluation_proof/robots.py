@@ -85,6 +85,6 @@ def _scale_unknown(gyro: GyroCalibration) -> GyroCalibration:
     """Return the swings' calibration with the scale factors that the gyro's data sheet promises."""
     covariance = gyro.covariance.copy()
     # Without measured scale factors the data sheet's tolerance is all that is known of them.
-    covariance[6:, :] = covariance[:, 6:] = 0.0
-    covariance[6:, 6:] = SCALE_STD**2 * np.eye(3)
+    covariance[6:9, :] = covariance[:, 6:9] = 0.0
+    covariance[6:9, 6:9] = SCALE_STD**2 * np.eye(3)
     return replace(gyro, scale=np.ones(3), covariance=covariance)

@@ -6,6 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Recording
@@ -22,7 +23,15 @@ from tfsat_host.calibration.certificate.layout import (
     whole,
     written_values,
 )
-from tfsat_host.calibration.sensors.gyro import BIAS, MOUNTING, PARAMETERS, SCALE, SKEW, GyroCalibration
+from tfsat_host.calibration.sensors.gyro import (
+    BIAS,
+    MOUNTING,
+    PARAMETERS,
+    SCALE,
+    SKEW,
+    SKEW_STD,
+    GyroCalibration,
+)
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.config import Table
@@ -79,6 +88,16 @@ _GYRO = {
         "frame": "sensor",
     },
 }
+_WITHOUT_SKEW = {
+    **{key: item for key, item in _GYRO.items() if key != "skew"},
+    "covariance": {
+        "value": numbers("covariance", 9, 9, si=np.outer(_BODY_UNITS[:9], _BODY_UNITS[:9])),
+        "order": ["bias x y z", "rotation vector x y z", "scale x y z"],
+        "unit": ["deg/s", "deg", "1"],
+        "frame": "sensor",
+    },
+}
+"""As written before 0.3: what its skew was nobody asked."""
 _STD_OF_GYRO = {"bias": BIAS, "mounting": MOUNTING, "scale": SCALE, "skew": SKEW}
 _JOINT = {
     "joint": whole("joint", 1, JOINT_COUNT),
@@ -149,7 +168,11 @@ LANDING = {"at": Item("at", Table.time), "told_by": text("told_by")}
 
 def read_gyro(entry: Table) -> GyroCalibration:
     """Read one `[[gyro]]` table; raise CalibrationError if it is not as `gyro_table` writes it."""
-    values = read_values(entry, _GYRO)
+    values = read_values(entry, _GYRO if entry.has("skew") else _WITHOUT_SKEW)
+    if not entry.has("skew"):
+        skew_std = np.full(3, SKEW_STD)
+        values |= {"skew": np.zeros(3), "skew_std": skew_std}
+        values["covariance"] = block_diag(values["covariance"], np.diag(skew_std**2))
     if (np.abs(values["bias_rad_s"]) > _MAX_BIAS_RAD_S).any():
         entry.fail("bias.value", "a bias is beyond the widest range of any gyro, 2000 deg/s")
     if (values["scale"] <= 0.0).any():
