@@ -290,3 +290,14 @@ def later(evidence: Evidence, minutes: float) -> Evidence:
 def true_rotation(body: int) -> FloatArray:
     """(3, 3) from sensor to body axes."""
     return np.asarray(TRUTH.mounting[body - 1] @ MODEL.imus[body - 1].sensor_to_body)
+
+
+def true_scale(body: int, axis: int) -> float:
+    """Compute the reading over truth of a rotation about a body axis (0 to 2)."""
+    along = true_rotation(body)[axis]
+    return float(along @ TRUTH.gyro_response[body - 1] @ along)
+
+
+def true_skew(body: int) -> FloatArray:
+    """(3,) of y and z, z and x, x and y."""
+    return np.asarray(TRUTH.gyro_cross_axis[body - 1][[1, 2, 0], [2, 0, 1]])

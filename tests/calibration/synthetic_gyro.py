@@ -32,7 +32,7 @@ class Gyro:
 
     @classmethod
     def draw_random(cls, rng: np.random.Generator) -> Gyro:
-        """Mounted along any axes of the body, to 5 deg; scale to 3 %; bias to 5 deg/s; skew as the data sheet has it."""
+        """Mounted along any axes of the body, to 5 deg; scale to 3 %; bias to 5 deg/s; skew by the data sheet."""
         right = Rotation.create_group("O").as_matrix()[rng.integers(24)]
         off = rng.normal(size=3)
         # A random direction, then a random angle up to 5 deg.
@@ -45,6 +45,11 @@ class Gyro:
         )
 
     @property
+    def response(self) -> FloatArray:
+        """(3, 3) reading over true rate, sensor axes."""
+        return response_matrix(self.scale, self.skew)
+
+    @property
     def nominal(self) -> FloatArray:
         """(3, 3) the mounting along axes of the body that was meant."""
         right = Rotation.create_group("O").as_matrix()
@@ -53,7 +58,7 @@ class Gyro:
 
     def reads(self, rate_body_rad_s: FloatArray, rng: np.random.Generator) -> FloatArray:
         """(n, 3) readings of body rates (n, 3)."""
-        true = (rate_body_rad_s @ self.mounting) @ response_matrix(self.scale, self.skew)
+        true = (rate_body_rad_s @ self.mounting) @ self.response
         # The bias is added behind the low-pass: it does not settle.
         filtered = low_passed(true + _NOISE_RAD_S * rng.normal(size=true.shape), 5.0) + self.bias_rad_s
         return np.asarray(np.round(filtered / _COUNT_RAD_S) * _COUNT_RAD_S)

@@ -1,7 +1,7 @@
 """Misalignment and scale against imucal, an independent implementation of the Ferraris calibration, on its own data.
 
-imucal (MaD Lab, Erlangen; MIT) solves for nine numbers from three integrals; ours fits a rotation and three scale
-factors to directions and lengths. The same raw arrays go into both.
+imucal (MaD Lab, Erlangen; MIT) solves for nine numbers from three integrals; ours fits a rotation, three scale factors
+and three skews to directions and lengths. The same raw arrays go into both.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from tests.calibration.synthetic_gyro import RATE_HZ
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.misalignment import solve_misalignment, wahba
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
+from tfsat_host.calibration.sensors.gyro import response_matrix
 from tfsat_host.calibration.statistics import mean_and_covariance
 
 # Four seeds in `make test`, twenty in `make prove`.
@@ -77,7 +78,8 @@ def by_ours(data: Ferraris, *, from_one_turn: bool = False) -> Found:
         # Direction and length are fitted apart: the direction from all motion, the length between rests.
         responses.append(with_length(response, length, std))
     mounting = solve_misalignment(responses, wahba(responses))
-    return Found(bias, mounting.scale, mounting.rotation, mounting.rotation @ np.diag(1.0 / mounting.scale))
+    to_body = mounting.rotation @ np.linalg.inv(response_matrix(mounting.scale, mounting.skew))
+    return Found(bias, mounting.scale, mounting.rotation, to_body)
 
 
 def one_turn(
@@ -128,7 +130,7 @@ def test_both_make_the_same_body_rates_of_another_motion(seed: int) -> None:
     t_s = np.arange(int(4 * RATE_HZ)) / RATE_HZ
     frequencies_hz = np.array([0.3, 0.7, 0.5])
     true = np.radians([150.0, 90.0, 60.0]) * np.sin(2.0 * np.pi * frequencies_hz * t_s[:, None])
-    reads = imu.gyro.bias_rad_s + imu.gyro.scale * (true @ imu.gyro.mounting)
+    reads = imu.gyro.bias_rad_s + (true @ imu.gyro.mounting) @ imu.gyro.response
     ours, theirs = by_ours(data).rates(reads), by_imucal(data).rates(reads)
     # What SCALE and ROTATION_DEG allow at the fastest rate.
     allowed_rad_s = (SCALE + np.radians(ROTATION_DEG)) * np.abs(true).max()

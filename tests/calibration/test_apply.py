@@ -42,6 +42,7 @@ def calibration_by_truth(robot: EmulatedRobot) -> Calibration:
             by_design(body, truth.mounting[body - 1] @ model.imus[body - 1].sensor_to_body),
             bias_rad_s=truth.gyro_bias_rad_s[body - 1],
             scale=truth.gyro_scale[body - 1],
+            skew=truth.gyro_cross_axis[body - 1][[1, 2, 0], [2, 0, 1]],
             covariance=np.zeros((12, 12)),
         )
         for body in range(1, 5)

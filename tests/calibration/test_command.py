@@ -88,9 +88,9 @@ def check_scale(
     assert isinstance(scales, list)
     assert [row["body"] for row in scales] == list(bodies + 1)
     assert {(row["axis"], row["frame"]) for row in scales} == {("xyz"[axis], "body")}
-    shares = np.array([TRUTH.mounting[body] @ load_robot().imus[body].sensor_to_body for body in bodies])
-    # About a body axis: the sensor's scale factors by their shares.
-    true = (shares[:, axis] ** 2 * TRUTH.gyro_scale[bodies]).sum(axis=1)
+    # What a gyro shows along the direction that the body's axis has for it.
+    along = [(TRUTH.mounting[body] @ load_robot().imus[body].sensor_to_body)[axis] for body in bodies]
+    true = [axis @ TRUTH.gyro_response[body] @ axis for body, axis in zip(bodies, along, strict=True)]
     off = np.array([row["scale"] for row in scales]) - true
     assert (np.abs(off) < 4.0 * np.array([row["std"] for row in scales])).all()
     assert np.abs(off).max() < 0.003

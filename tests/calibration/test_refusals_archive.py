@@ -76,7 +76,7 @@ def test_a_refused_step_changes_nothing(certificate: Path) -> None:
     before = {path: path.read_bytes() for path in certificate.parent.rglob("*") if path.is_file()}
     campaign = Campaign(certificate, MODEL, SUBJECT)
     with pytest.raises(CalibrationError, match="measured two axes"):
-        campaign.accept(change_counts(record_good_step(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))))
+        campaign.accept(change_counts(record_good_step(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 5.0))))
     # Refused before anything was written: every file is as before.
     assert {path: path.read_bytes() for path in certificate.parent.rglob("*") if path.is_file()} == before
     assert len(campaign.evidence) == 4

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.calibration.bench_day import MODEL, TRUTH, change_counts, day, true_rotation, turn_sensor
+from tests.calibration.bench_day import MODEL, change_counts, day, true_scale, turn_sensor
 from tests.calibration.some_calibration import whole_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration, commands_of
 from tfsat_host.calibration.findings import GyroAxis, certificate_values, scale_axes
@@ -32,11 +32,6 @@ def solve_day(*left_out: StepKind) -> Solution:
 
 def certificate(solution: Solution) -> Calibration:
     return replace(whole_calibration(), gyros=solution.gyros, joints=solution.joints)
-
-
-def true_scale(body: int, axis: int) -> float:
-    """Compute the true scale for a rotation about a body axis; the turned sensor has the same."""
-    return float(true_rotation(body)[axis] ** 2 @ TRUTH.gyro_scale[body - 1])
 
 
 def test_without_a_turn_the_scale_factors_about_the_bodies_z_are_missing() -> None:

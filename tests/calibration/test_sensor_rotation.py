@@ -99,7 +99,7 @@ def test_a_response_about_another_axis_than_it_says_shows_as_misfit() -> None:
     mounting = solve_misalignment([response(gyro, X, rng), wrong], gyro.nominal)
     right = solve_misalignment([response(gyro, X, rng), response(gyro, Y, rng)], gyro.nominal)
     assert right.misfit < 12.0  # six numbers
-    assert mounting.misfit > 100.0
+    assert mounting.misfit > 22.5  # by chance once in a thousand
 
 
 def test_a_swing_shortened_by_the_low_pass_would_be_wrong_but_rests_are_not() -> None:

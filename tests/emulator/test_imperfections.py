@@ -94,7 +94,7 @@ def test_a_gyros_reading_is_scale_times_the_turned_rate_plus_bias() -> None:
         sensor_rate_deg_s = wrong.mounting[body].T @ [180.0, 0.0, 0.0]
         bias = np.rad2deg(wrong.gyro_bias_rad_s[body]) * np.ptp(t_s[leg])
         # Scale, mounting and bias together make the reading.
-        assert passed[body] == pytest.approx(wrong.gyro_scale[body] * sensor_rate_deg_s + bias, abs=0.15)
+        assert passed[body] == pytest.approx(wrong.gyro_response[body] @ sensor_rate_deg_s + bias, abs=0.15)
 
 
 def test_a_robot_as_built_is_off_in_everything_and_within_its_ranges() -> None:
@@ -105,6 +105,11 @@ def test_a_robot_as_built_is_off_in_everything_and_within_its_ranges() -> None:
     # Uniform within 5 deg/s either way: the standard deviation is 5 over the root of 3.
     assert np.abs(bias).max() <= 5.0 and bias.std() == pytest.approx(5 / np.sqrt(3), rel=0.1)
     scale = np.array([robot.gyro_scale for robot in robots])
+    across = np.array([robot.gyro_cross_axis for robot in robots])
+    assert np.array_equal(across, across.swapaxes(2, 3)) and not np.einsum("...ii", across).any()
+    # Half the sum of two that are uniform within 2 %.
+    assert np.abs(across).max() <= 0.02
+    assert across[..., [1, 2, 0], [2, 0, 1]].std() == pytest.approx(0.02 / np.sqrt(6), rel=0.1)
     assert np.abs(scale - 1).max() <= 0.03 and scale.std() == pytest.approx(0.03 / np.sqrt(3), rel=0.1)
     zero = np.rad2deg([robot.angle_zero_rad for robot in robots])
     assert zero.min() < 20 and zero.max() > 340

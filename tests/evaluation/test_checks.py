@@ -107,7 +107,7 @@ CAUSES: list[tuple[str, Wrong, set[str], str]] = [
         "a gyro that shows 3 % too much",
         lambda log: gyro_scaled(log, 2, (1.03, 1.03, 1.03)),
         {GYROS_12, GYROS_23, "gyro scale at joint 1", "gyro scale at joint 2"},
-        "gyro of body 2: its scale factor is +2.9",
+        "gyro of body 2: its scale factor is +3.",
     ),
     (
         "a gyro that is late",

@@ -189,7 +189,7 @@ def test_nothing_is_filed_of_a_correction_that_is_withheld_or_not_called_for() -
     with pytest.raises(TfsatError, match="withheld"):
         corrected_robot(replace(evaluation, checks=(failed,)))
     # By a file that is right: one corrected by another drop is as uncertain as this drop is.
-    own = again(fallen(ROBOT, 1), draw_hidden(FILED, ROBOT).model)
+    own = again(fallen(ROBOT, 2), draw_hidden(FILED, ROBOT).model)
     text = corrected_robot(replace(own, model=replace(own.model, path=FILED.path)))
     assert "Nothing is changed" in text
     assert text.endswith(FILED.path.read_text()), "the file as it was, below the heading"

@@ -60,7 +60,8 @@ def test_the_offsets_are_found_within_what_they_are_said_to_be_uncertain(
         assert np.abs(error).max() < 1.0
         assert (comparison.fit.std < 0.4).all()
         z_scores.append(error / comparison.fit.std)
-    assert 0.5 < np.sqrt(np.mean(np.square(z_scores))) < 1.6
+    # Nine numbers a drop: beyond these once in a thousand by chance.
+    assert 0.35 < np.sqrt(np.mean(np.square(z_scores))) < 1.76
 
 
 @FILTERS
@@ -256,7 +257,10 @@ def test_the_prediction_is_that_of_the_simulator() -> None:
     _, comparison = explain_drop(2)
     driven, body = comparison.driven.flown, Multibody.of(load_robot())
     history = history_from_samples(driven.t_s, driven.angles_rad)
-    exact = replace(driven, joint_rate_rad_s=history.rates_rad_s(driven.t_s))
+    # The simulator's hinges are square: so must be those of the prediction.
+    exact = replace(
+        driven, joint_rate_rad_s=history.rates_rad_s(driven.t_s), tilt_rad=np.zeros_like(driven.tilt_rad)
+    )
     flight = propagate(
         body, history, initial_rate_rad_s=np.array([0.01, -0.02, 0.015]), step_s=0.002, order=6
     )

@@ -68,7 +68,8 @@ def test_size_is_the_joints_within_what_is_stated(dlpf_cfg: int) -> None:
             error = stroke.size_rad - (angle[-1] - angle[0])
             assert abs(error) < np.deg2rad(0.06)
             off.append(error / stroke.size_std_rad)
-    assert 0.2 < np.sqrt(np.mean(np.square(off))) < 1.5
+    # Twelve sizes: beyond it once in a thousand by chance.
+    assert 0.2 < np.sqrt(np.mean(np.square(off))) < 1.66
 
 
 @pytest.mark.parametrize("dlpf_cfg", few_of(*SETTINGS))

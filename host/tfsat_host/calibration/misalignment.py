@@ -1,10 +1,10 @@
-"""How a gyro sits on its body, and its scale factors: from its responses to rotations about known axes; and checked.
+"""How a gyro sits on its body, and its response, from what it reads of rotations about known axes; and checked.
 
-Unknown are the rotation M from sensor to body axes and the scale factors s; a response about the body axis a is
-S (M^T a). The rotation starts from Wahba's problem (solved by SVD, Markley 1988) and is then found together with
-the scale factors by Gauss-Newton steps. What no response determines keeps the uncertainty of the design and of the data
-sheet. The joints' axes lean by what the robot file's `[uncertainty]` says: two of them that a gyro sees askew are so,
-or its scale factors make it so, or both.
+Unknown are the rotation M from sensor to body axes and the gyro's symmetric response S, its scale factors and skews; a
+response about the body axis a is S (M^T a). The rotation starts from Wahba's problem (solved by SVD, Markley 1988) and
+is then found together with S by Gauss-Newton steps. What no response determines keeps the uncertainty of the design and
+of the data sheet. The joints' axes lean by what the robot file's `[uncertainty]` says: two of them that a gyro sees
+askew are so, or the gyro makes it so, or both.
 """
 
 from __future__ import annotations
@@ -52,10 +52,11 @@ MAX_MISALIGNMENT_RAD = np.deg2rad(15.0)
 """Three standard deviations of a mounting by hand: beyond it, another one was meant."""
 MAX_TURN_MISALIGNMENT_RAD = np.deg2rad(20.0)
 """A sensor that is mounted by hand, on a robot that is laid by hand."""
-SKEW_RAD, MAX_SKEW_RAD = np.deg2rad(0.7), np.deg2rad(2.0)
-"""Between two axes: scale factors make 0.2 deg of it, brackets 0.5; at least so much is allowed."""
-LEAN_STDS = 4.0
-"""Besides, of what the robot file says that two hinges may lean: chance does that once in 16,000."""
+BENT_RAD = np.deg2rad(0.7)
+"""Between two axes: scale factors make 0.2 deg of it, brackets 0.5."""
+ASKEW_STDS = 3.0
+"""Besides, of what two hinges may lean and a chip's axes may be askew: with chips that are anywhere within their data
+sheet one pair in 20,000 is further apart."""
 MAX_DIFFERENCE_RAD = np.deg2rad(0.5)
 """Between two measurements of the same axis."""
 # Cosine: within 8 deg, two responses are measurements of one axis.
@@ -425,8 +426,8 @@ def _right_angles() -> tuple[FloatArray, ...]:
 
 def _check_angles_between(body: int, responses: Sequence[Response], model: RobotModel) -> None:
     lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
-    # Two hinges lean independently, so their angle scatters by sqrt(2) times one's lean.
-    most_skew_rad = max(MAX_SKEW_RAD, SKEW_RAD + LEAN_STDS * 2.0**0.5 * lean_std_rad)
+    # Two hinges lean independently, so their angle scatters by sqrt(2) times one's lean; a skew tilts both responses.
+    most_skew_rad = BENT_RAD + ASKEW_STDS * np.hypot(2.0**0.5 * lean_std_rad, 2.0 * SKEW_STD)
     for first, second in combinations(responses, 2):
         measured = angle_between(first.reading, second.reading)
         on_robot = angle_between(first.axis_body, second.axis_body)

@@ -1,9 +1,9 @@
 """How a gyro answers to a rotation about an axis of its body that is known: a joint's, or one turned by hand.
 
-A gyro with scale factors s (one for each of its axes) that is mounted by the rotation M (from sensor to body axes)
-reads s * (M^T a) for unit rate about the body axis a. This vector, measured about two or three axes, is all that
-`mounting` needs. Its direction comes from every sample of some swings; its length needs the angle that was turned, from
-rest to rest, because the sensor's low-pass shortens and delays whatever swings.
+A gyro with the response S (scale factors and skews) that is mounted by the rotation M (from sensor to body axes) reads
+S (M^T a) for unit rate about the body axis a. This vector, measured about two or three axes, is all that `misalignment`
+needs. Its direction comes from every sample of some swings; its length needs the angle that was turned, from rest to
+rest, because the sensor's low-pass shortens and delays whatever swings.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.calibration_errors import CalibrationError
-from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import MOUNTING, GyroCalibration
 from tfsat_host.calibration.statistics import student_t_factor
 from tfsat_host.calibration.steps.sensor_samples import TURN_SHARE, SensorSamples, find_rests
 from tfsat_host.calibration.steps.step import AXES, Step
@@ -177,7 +177,7 @@ def axis_response(motion: Motion, body: int) -> Response:
     held_rates = held_gyro.body_rates(motion.recording.rate_rad_s[:, motion.held - 1])
     share = (held_rates**2).sum() / (readings**2).sum()
     # Power taken off times the mounting's mean variance per axis, taken as isotropic.
-    residual_variance = share * np.trace(held_gyro.covariance[3:6, 3:6]) / 3.0
+    residual_variance = share * np.trace(held_gyro.covariance[MOUNTING, MOUNTING]) / 3.0
     covariance = (
         response.covariance
         + to_reading @ motion.axis_covariance(body) @ to_reading.T

@@ -101,7 +101,7 @@ def _gyro(
     off = std * random.standard_normal(PARAMETERS)
     placed = truth.mounting[body] @ model.imus[body].sensor_to_body
     # What the chip shows of a rate in its axes: its symmetric part is what calibration calls response, the rest turns.
-    left, gains, right = np.linalg.svd(np.diag(truth.gyro_scale[body]) + truth.gyro_cross_axis[body])
+    left, gains, right = np.linalg.svd(truth.gyro_response[body])
     mounted, response = placed @ (left @ right).T, (left * gains) @ left.T
     return GyroCalibration(
         body=body + 1,

@@ -8,6 +8,7 @@ from hashlib import sha256
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.calibration.sensors.gyro import response_matrix
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 _GYRO_NOISE_DEG_S_RTHZ = 0.005  # PS-MPU-6000A rev. 3.4, section 6.1
@@ -96,6 +97,11 @@ class Imperfections:
     imu_who_am_i: bytes = b"\x68\x68\x68\x68"
     logger_serial: bytes = b"emuLATED"
 
+    @property
+    def gyro_response(self) -> FloatArray:
+        """(4, 3, 3) reading of a rate, sensor axes."""
+        return np.eye(3) * self.gyro_scale[:, None] + self.gyro_cross_axis
+
 
 def ideal() -> Imperfections:
     """Sensors without any error but their resolution, exact servos and exact clocks."""
@@ -122,9 +128,9 @@ def draw(seed: int) -> Imperfections:
 def draw_as_built(seed: int) -> Imperfections:
     """Draw a robot before its calibration: every parameter that calibration estimates is off.
 
-    The gyros' biases lie within a quarter of the data sheet's tolerance and their scale factors within all of
-    it (PS-MPU-6000A rev. 3.4, section 6.1: 20 deg/s, 3 %); the angle sensors sit on their axes at any angle;
-    the boards have crystals, not ceramic resonators.
+    The gyros' biases lie within a quarter of the data sheet's tolerance, their scale factors and skews within all
+    of it (PS-MPU-6000A rev. 3.4, section 6.1: 20 deg/s, 3 %, 2 %); the angle sensors sit on their axes at any
+    angle; the boards have crystals, not ceramic resonators.
     """
     random = np.random.default_rng(seed)
     towards = random.standard_normal((4, 3))
@@ -145,8 +151,22 @@ def draw_as_built(seed: int) -> Imperfections:
         servo_repeat_rad=np.deg2rad(random.uniform(0.1, 0.3, 3)),
         sequencer_clock_ppm=_crystal_ppm(random),
         logger_clock_ppm=_crystal_ppm(random),
+        gyro_cross_axis=skewed(_skews(random)),
         logger_serial=_serial_as_built(seed),
     )
+
+
+def skewed(skews: FloatArray) -> FloatArray:
+    """(n, 3, 3) symmetric cross-axis sensitivities of skews (n, 3): of y and z, z and x, x and y.
+
+    What is not symmetric in a chip's cross-axis sensitivity is a rotation of its axes, and a part of the mounting.
+    """
+    return np.array([response_matrix(np.zeros(3), skew) for skew in skews])
+
+
+def _skews(random: np.random.Generator) -> FloatArray:
+    """(4, 3) half the sum of what two axes show of each other; drawn after everything else, as `_crystal_ppm`."""
+    return np.asarray(random.uniform(-0.02, 0.02, (2, 4, 3)).mean(axis=0))
 
 
 def _rotations(vectors_rad: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.config import ConfigKind, read_config
-from tfsat_host.emulated.imperfections import Imperfections, draw
+from tfsat_host.emulated.imperfections import Imperfections, draw, skewed
 from tfsat_host.emulated.library import EmulationError
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
@@ -47,7 +47,8 @@ class ImuPart:
         gyro_bias_std_deg_s: Bias at power-up.
         gyro_bias_slope_std_deg_s_c: Change of the bias with the die's temperature.
         gyro_scale_std: Scale factor, reading over truth, about 1.
-        gyro_misalignment_std_deg: Of the axes in the housing; the housing's mounting comes on top.
+        gyro_misalignment_std_deg: Of each axis in the housing, towards each of the others; the housing's mounting
+            comes on top.
         gyro_g_sensitivity_std_deg_s_g: Of each axis to the force along each.
         gyro_shock_limit_g: A harder blow drives the proof masses against their stops.
         accel_range_g: Full scale; not emulated.
@@ -124,14 +125,17 @@ def imperfections_with(part: ImuPart, seed: int, robot: Imperfections | None = N
     # Unit normals, always as many, each (4 IMUs, 3 axes): two parts of a seed differ by their scales alone.
     bias, slope, scale, axes = random.standard_normal((4, 4, 3))
     sensitivity = random.standard_normal((4, 3, 3))
-    # Small misalignment of the axes in the housing, about a random rotation vector for each IMU.
-    turned = Rotation.from_rotvec(np.deg2rad(part.gyro_misalignment_std_deg) * axes).as_matrix()
+    skew = random.standard_normal((4, 3))
+    # Half of how the axes lie in the housing turns all of them, half skews them against each other.
+    half_rad = np.deg2rad(part.gyro_misalignment_std_deg) / 2.0**0.5
+    turned = Rotation.from_rotvec(half_rad * axes).as_matrix()
     return replace(
         as_it_comes,
         mounting=as_it_comes.mounting @ turned,
         gyro_bias_rad_s=np.deg2rad(part.gyro_bias_std_deg_s) * bias,
         gyro_bias_slope_rad_s_c=np.deg2rad(part.gyro_bias_slope_std_deg_s_c) * slope,
         gyro_scale=1.0 + part.gyro_scale_std * scale,
+        gyro_cross_axis=skewed(half_rad * skew),
         gyro_noise_rad_s_rthz=float(np.deg2rad(part.gyro_noise_deg_s_rthz)),
         gyro_g_sensitivity_rad_s_g=np.deg2rad(part.gyro_g_sensitivity_std_deg_s_g) * sensitivity,
         gyro_wander_rad_s=float(np.deg2rad(wander_std_deg_s(part))),

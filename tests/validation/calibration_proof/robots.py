@@ -11,6 +11,7 @@ from tests.calibration.emulated_day import CalibrationDay, calibration_day
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
+from tfsat_host.calibration.sensors.gyro import BIAS, MOUNTING, SCALE, SKEW
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence
@@ -20,7 +21,7 @@ from tfsat_host.rehearsal.faults.fault_catalog import fault_named
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel, load_robot
 
-QUANTITIES = ("bias", "misalignment", "scale", "zero")
+QUANTITIES = ("bias", "misalignment", "scale", "skew", "zero")
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,9 +115,12 @@ def _gyro_errors(day: CalibrationDay, solution: Solution, body: int) -> dict[str
     off = Rotation.from_matrix(mounted.T @ gyro.rotation).as_rotvec()
     bias = gyro.bias_rad_s - truth.gyro_bias_rad_s[body]
     return {
-        "bias": Errors(np.rad2deg(bias), np.rad2deg(std[:3])),
-        "misalignment": Errors(np.rad2deg(off), np.rad2deg(std[3:6])),
-        "scale": Errors(100 * (gyro.scale - truth.gyro_scale[body]), 100 * std[6:9]),
+        "bias": Errors(np.rad2deg(bias), np.rad2deg(std[BIAS])),
+        "misalignment": Errors(np.rad2deg(off), np.rad2deg(std[MOUNTING])),
+        "scale": Errors(100 * (gyro.scale - truth.gyro_scale[body]), 100 * std[SCALE]),
+        "skew": Errors(
+            100 * (gyro.skew - truth.gyro_cross_axis[body][[1, 2, 0], [2, 0, 1]]), 100 * std[SKEW]
+        ),
     }
 
 

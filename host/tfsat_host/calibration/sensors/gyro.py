@@ -22,6 +22,8 @@ SKEW_STD = 0.02 / 6.0**0.5
 within; half the sum of two such shares is a skew, half their difference a rotation."""
 BIAS, MOUNTING, SCALE, SKEW = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 """Of a gyro's parameters."""
+RESPONSE = slice(6, 12)
+"""Scale factors and skews together."""
 PARAMETERS = 12
 _ACROSS = ((1, 2), (2, 0), (0, 1))
 """Of each skew the two axes: y and z, z and x, x and y."""
@@ -98,9 +100,11 @@ class GyroCalibration:
 
     def scale_about(self, axis: int) -> tuple[float, float]:
         """Reading over truth for a rotation about a body axis (0 to 2), and its standard deviation."""
-        # A rotation about a body axis is spread over the sensor's axes by the squared cosines.
-        shares = self.rotation[axis] ** 2
-        return float(shares @ self.scale), float(np.sqrt(shares @ self.covariance[SCALE, SCALE] @ shares))
+        # What the reading shows along a unit vector u, u S u, is linear in scale factors and skews.
+        along = self.rotation[axis]
+        by_each = along @ by_response(along)
+        scale = by_each @ np.concatenate([self.scale, self.skew])
+        return float(scale), float(np.sqrt(by_each @ self.covariance[RESPONSE, RESPONSE] @ by_each))
 
     def jacobian(self, readings_rad_s: FloatArray) -> FloatArray:
         """(n, 3, 12) of the body rates by the parameters, in the order of `covariance`."""
