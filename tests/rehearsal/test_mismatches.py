@@ -43,6 +43,7 @@ CHANGED: Mapping[str, set[str]] = {
     "wrong-coms": {"com_m"},
     "robot-file-uncertain": {"mass_kg", "inertia_kg_m2", "joint_point_m", "joint_axis", "com_m"},
     "gyro-scale-changed": {"gyro_scale"},
+    "gyro-scale-bends": {"gyro_bend_s"},
     "gyro-g-sensitive": {"gyro_g_sensitivity_rad_s_g"},
     "gyro-cross-axis": {"gyro_cross_axis"},
     "imu-late": {"imu_late_s"},
@@ -268,6 +269,17 @@ def test_cross_axis_shows_a_share_of_the_other_rates() -> None:
     share = np.einsum("brc,tbc->tbr", truth.imperfections.gyro_cross_axis, was[in_fall])
     assert np.abs(apart[in_fall] - share).max() < 3.0 * COUNT_DEG_S
     assert np.abs(share).max() > 3.0
+
+
+def test_a_scale_factor_bends_with_the_magnitude_of_the_rate() -> None:
+    truth, emulated_drop = with_fault("gyro-scale-bends=2")
+    apart, was = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL)), rates_deg_s(fly_truth(IDEAL))
+    t_s = times_s(emulated_drop)
+    # In the middle of the strokes, where rates are steady: 2 % of 170 deg/s there.
+    steady = (t_s > 0.8) & (t_s < 0.9)
+    bent = np.deg2rad(truth.imperfections.gyro_bend_s) * was[steady] * np.abs(was[steady])
+    assert np.abs(apart[steady] - bent).max() < 3.0 * COUNT_DEG_S
+    assert np.abs(bent).max() > 0.5
 
 
 def test_a_worse_certificate_states_what_it_stated() -> None:

@@ -56,6 +56,7 @@ class Imperfections:
             (a first-order Gauss-Markov process): the in-run bias stability.
         gyro_shock_limit_g: A blow harder than this drives the gyros' proof masses against their stops: all axes show
             the ends of their ranges as long as it lasts. At 0 none does.
+        gyro_bend_s: (4, 3) what each scale factor gains with the magnitude of the rate about its axis, per rad/s.
         gyro_cross_axis: (4, 3, 3) share of the rate about an axis (column) that another one (row) shows on top.
         gyro_front_end_limit_rad_s: (4,) what a gyro's front end shows at most, before the low-pass, so that no count
             is at its end; 0: no such limit.
@@ -89,6 +90,7 @@ class Imperfections:
     warming_s: float = 180.0
     gyro_wander_rad_s: float = 0.0
     gyro_shock_limit_g: float = 0.0
+    gyro_bend_s: FloatArray = field(default_factory=lambda: np.zeros((4, 3)))
     gyro_cross_axis: FloatArray = field(default_factory=lambda: np.zeros((4, 3, 3)))
     gyro_front_end_limit_rad_s: FloatArray = field(default_factory=lambda: np.zeros(4))
     imu_late_s: FloatArray = field(default_factory=lambda: np.zeros(4))

@@ -97,6 +97,9 @@ ROWS = (
     _sensors("gyro cross-axis 1 %", "gyro-cross-axis=1"),
     _sensors("a gyro's scale changed by 1 %", "gyro-scale-changed=1"),
     Row("IMU clocks within 2 %", ("imu-clocks=2",)),
+    _sensors("scale factors bend by 0.2 %", "gyro-scale-bends=0.2"),
+    _sensors("a bias steps 0.06 deg/s in the fall", "gyro-bias-step=0.06"),
+    _sensors("gyro cross-axis 0.12 %", "gyro-cross-axis=0.12"),
 )
 """Wrong by what: as the issue that asked for this has it, and what the emulated sensors can have besides."""
 

@@ -44,7 +44,8 @@ typedef struct {
   double accel_noise_m_s2_rthz;
   double gyro_g_sensitivity[4][9];       // (rad/s) / (m/s^2): as in sensors/mpu6050.h
   double gyro_bias_slope_rad_s_c[4][3];
-  double gyro_cross_axis[4][9];          // this and the next three as in sensors/mpu6050.h
+  double gyro_bend_s[4][3];              // this and the next four as in sensors/mpu6050.h
+  double gyro_cross_axis[4][9];
   double gyro_front_end_limit_rad_s[4];
   double imu_late_s[4];
   double imu_clock_ppm[4];

@@ -61,6 +61,7 @@ RobotParameters robot_parameters(const TfsatRobotConfig& c) {
     imu.sensor_to_body = matrix(c.imu_sensor_to_body[i]);
     imu.gyro_bias_rad_s = vector(c.gyro_bias_rad_s[i]);
     imu.gyro_scale = vector(c.gyro_scale[i]);
+    imu.gyro_bend_s = vector(c.gyro_bend_s[i]);
     imu.gyro_noise_rad_s_rthz = c.gyro_noise_rad_s_rthz;
     imu.accel_noise_m_s2_rthz = c.accel_noise_m_s2_rthz;
     imu.gyro_g_sensitivity = matrix(c.gyro_g_sensitivity[i]);

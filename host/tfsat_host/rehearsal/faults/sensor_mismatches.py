@@ -22,6 +22,8 @@ Random = np.random.Generator
 PERCENT, MS, DEG = 1e-2, 1e-3, np.pi / 180.0
 RINGS_AFTER_DEG_S2 = 1000.0
 """Change of a body's angular acceleration that the size of the mounts' ringing is given for."""
+_BENT_AT_RAD_S = 170.0 * DEG
+"""Rate that a change of the scale factors is given for: the servos'."""
 _FASTEST_BODIES = (0, 2, 3)
 """Indices: rates of the others stay below 100 deg/s in the paper's maneuver."""
 
@@ -37,6 +39,12 @@ def _change_gyro_scale(truth: Truth, percent: float, random: Random) -> Truth:
     scale[random.integers(IMU_COUNT)] *= 1.0 + PERCENT * percent * random.choice([-1.0, 1.0], 3)
     # It changed after the calibration: the certificate is of the sensors before.
     return replace(_sensors(truth, gyro_scale=scale), calibrated=truth.calibrated or was)
+
+
+def _bend_scale(truth: Truth, percent: float, random: Random) -> Truth:
+    was = truth.imperfections.gyro_bend_s
+    bends = PERCENT * percent / _BENT_AT_RAD_S * random.choice([-1.0, 1.0], was.shape)
+    return _sensors(truth, gyro_bend_s=was + bends)
 
 
 def _add_g_sensitivity(truth: Truth, deg_s_g: float, random: Random) -> Truth:
@@ -98,6 +106,12 @@ FAULTS = (
         noticed="gyro of body",
     ),
     mismatch(
+        "gyro-scale-bends",
+        "The gyros' scale factors change with the rate: by as much from none to 170 deg/s.",
+        _bend_scale,
+        Size(0.2, "%", most=20.0),
+    ),
+    mismatch(
         "gyro-g-sensitive",
         "The gyros feel forces more than their data sheet says.",
         _add_g_sensitivity,
@@ -109,7 +123,6 @@ FAULTS = (
         "Each axis of a gyro shows some of the rates about the others.",
         _add_cross_axis,
         Size(1.0, "%", most=20.0),
-        noticed="certificate",
     ),
     Fault(
         "gyro-bias-step",

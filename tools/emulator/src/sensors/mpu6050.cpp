@@ -143,7 +143,9 @@ Mpu6050::Truth Mpu6050::measured(const Vec3& rate_rad_s, const Vec3& specific_fo
   const Vec3 rate = to_sensor * rate_rad_s;
   const Vec3 drag = p.gyro_bias_rad_s + p.gyro_cross_axis * rate + p.gyro_g_sensitivity * force +
                     (temperature_c - p.reference_c) * p.gyro_bias_slope_rad_s_c;
-  Vec3 shown{p.gyro_scale.x * rate.x + drag.x, p.gyro_scale.y * rate.y + drag.y, p.gyro_scale.z * rate.z + drag.z};
+  const Vec3 scale{p.gyro_scale.x + p.gyro_bend_s.x * std::abs(rate.x), p.gyro_scale.y + p.gyro_bend_s.y * std::abs(rate.y),
+                   p.gyro_scale.z + p.gyro_bend_s.z * std::abs(rate.z)};
+  Vec3 shown{scale.x * rate.x + drag.x, scale.y * rate.y + drag.y, scale.z * rate.z + drag.z};
   if (p.gyro_shock_limit_m_s2 > 0.0 && dot(force, force) > p.gyro_shock_limit_m_s2 * p.gyro_shock_limit_m_s2) {
     shown = {std::copysign(kStop_rad_s, force.x), std::copysign(kStop_rad_s, force.y),
              std::copysign(kStop_rad_s, force.z)};

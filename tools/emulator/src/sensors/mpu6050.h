@@ -42,6 +42,7 @@ struct Mpu6050Parameters {
   Vec3 gyro_bias_rad_s;                    // sensor axes
   Vec3 gyro_scale{1.0, 1.0, 1.0};          // reading / truth
   double gyro_noise_rad_s_rthz = 0.0;      // white; PS 6.1 typical: 0.005 deg/s/sqrt(Hz)
+  Vec3 gyro_bend_s;                        // what each scale factor gains with the magnitude of the rate, per rad/s
   Mat3 gyro_cross_axis;                    // share of each axis' rate that another axis shows on top: row shows, column turns
   // What the chip's front end shows at most, before its low-pass: no count is at its end then; 0: no such limit.
   double gyro_front_end_limit_rad_s = 0.0;
