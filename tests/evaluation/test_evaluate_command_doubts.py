@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -130,8 +130,10 @@ def test_its_own_landing_is_no_objection_to_a_calibration(run: Path) -> None:
     assert evaluate("run").code == 0
 
 
-def test_without_a_time_of_day_nobody_knows_which_was_first(run: Path) -> None:
-    tell_time(run / "SD.bin", None)
+@pytest.mark.parametrize("told", [None, datetime(1970, 1, 1, 0, 5, tzinfo=UTC)], ids=["none", "1970"])
+def test_without_a_time_of_day_nobody_knows_which_was_first(run: Path, told: datetime | None) -> None:
+    """Doubt a recording without a time of day; 1970 is what a computer without a clock told the logger."""
+    tell_time(run / "SD.bin", told)
     evaluation = evaluate_to_json("run", expect=3)
     assert "The recording has no time of day" in reasons(evaluation)
     assert "Measured before the last landing" not in reasons(evaluation)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -24,7 +25,10 @@ from .release import Release
 Verdict = Literal["complete", "truncated", "damaged"]
 EVENT_COLUMNS = ("t_us", "t_s", "event", "index", "arg", "value")
 """In every file of events."""
+MIN_TIME_OF_DAY = datetime(2020, 1, 1, tzinfo=UTC)
+"""An earlier date was told by something without a clock."""
 SENSORS_PER_JOINT = ANGLE_SENSOR_COUNT // JOINT_COUNT
+_MIN_UNIX_US = round(MIN_TIME_OF_DAY.timestamp() * 1e6)
 _ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
 _BY_SAMPLE = (
     "sample_index",
@@ -146,8 +150,9 @@ class DropLog:
 
     @property
     def unix_offset_us(self) -> int | None:
-        """Unix time less the logger's clock; None if no host had set the logger's time of day."""
-        return self.header.wall_clock_us - self.header_time_us if self.header.wall_clock_us else None
+        """Unix time less the logger's clock; None if no host had told the logger the time, or one without a clock."""
+        told_us = self.header.wall_clock_us
+        return told_us - self.header_time_us if told_us >= _MIN_UNIX_US else None
 
     @property
     def origin_us(self) -> int:
