@@ -51,8 +51,9 @@ def test_the_newest_by_the_time_of_day_is_decoded_wherever_it_stands(card: Path)
     assert load(card, session=OLD).chosen_by == "asked for"
 
 
-def test_one_without_time_of_day_leaves_it_to_the_place(tmp_path: Path) -> None:
-    first, later = record_session(OLD, 0), record_session(NEW, STARTED_US)
+@pytest.mark.parametrize("told_us", [0, 3_600_000_000], ids=["none", "1970"])
+def test_one_without_time_of_day_leaves_it_to_the_place(tmp_path: Path, told_us: int) -> None:
+    first, later = record_session(OLD, told_us), record_session(NEW, STARTED_US)
     log = load(write(tmp_path / "card.img", first.image() + later.image()))
     assert (log.session, log.chosen_by) == (OLD, "place")
     assert load(write(tmp_path / "one.bin", later.image())).chosen_by == "only one"

@@ -16,7 +16,7 @@ from tfsat_host.notices import SILENT, Notices
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.run.files import command_options
 from tfsat_host.sdlog import DropLog
-from tfsat_host.sdlog.droplog import MIN_TIME_OF_DAY
+from tfsat_host.sdlog.header import MIN_TIME_OF_DAY
 
 
 def time_of_day(log: DropLog, logger_us: int | None) -> datetime | None:
@@ -129,7 +129,7 @@ def _latest(path: Path, now: datetime) -> tuple[datetime, str]:
         written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     except (OSError, OverflowError, ValueError):  # a date that no calendar has
         return now, "the clock"
-    # A date from before tfsat (cards of writers without a clock say 1980 or 2000) or in the future is of a clock that was not set: now is the bound that is left.
+    # A file that something without a clock wrote says 1980 or 2000: now is the bound that is left.
     return (written, "its file") if MIN_TIME_OF_DAY < written < now else (now, "the clock")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -17,7 +16,7 @@ from tfsat_host.protocol.messages import LogFooter, LogHeader
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 from .events import DropEvent
-from .header import temperature_scales
+from .header import MIN_WALL_CLOCK_US, temperature_scales
 from .ledger import Gap
 from .recordings import ChosenBy, Recording, SetAside
 from .release import Release
@@ -25,10 +24,7 @@ from .release import Release
 Verdict = Literal["complete", "truncated", "damaged"]
 EVENT_COLUMNS = ("t_us", "t_s", "event", "index", "arg", "value")
 """In every file of events."""
-MIN_TIME_OF_DAY = datetime(2020, 1, 1, tzinfo=UTC)
-"""An earlier date was told by something without a clock."""
 SENSORS_PER_JOINT = ANGLE_SENSOR_COUNT // JOINT_COUNT
-_MIN_UNIX_US = round(MIN_TIME_OF_DAY.timestamp() * 1e6)
 _ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
 _BY_SAMPLE = (
     "sample_index",
@@ -152,7 +148,7 @@ class DropLog:
     def unix_offset_us(self) -> int | None:
         """Unix time less the logger's clock; None if no host had told the logger the time, or one without a clock."""
         told_us = self.header.wall_clock_us
-        return told_us - self.header_time_us if told_us >= _MIN_UNIX_US else None
+        return told_us - self.header_time_us if told_us >= MIN_WALL_CLOCK_US else None
 
     @property
     def origin_us(self) -> int:

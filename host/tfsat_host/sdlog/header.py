@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,9 @@ _FIELDS: Mapping[str, Any] = np.dtype(LOG_HEADER_DTYPE).fields or {}
 _WALL_CLOCK_AT: int = _FIELDS["wall_clock_us"][1]
 WALL_CLOCK = slice(_WALL_CLOCK_AT, _WALL_CLOCK_AT + 8)
 """Where it is in a header; all other bytes are the same in every copy, but it may be set while recording."""
+MIN_TIME_OF_DAY = datetime(2020, 1, 1, tzinfo=UTC)
+"""An earlier one was told by a computer without a clock, and tells nothing."""
+MIN_WALL_CLOCK_US = round(MIN_TIME_OF_DAY.timestamp() * 1e6)
 MPU_6050 = next(iter(IMU_PARTS))
 """What an IMU is taken for that did not answer, where no other one did."""
 _FULL_SCALE_COUNTS = 32768

@@ -21,7 +21,7 @@ from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import HEADER_BYTES
 
 from .copies import take_each_number_once
-from .header import WALL_CLOCK
+from .header import MIN_WALL_CLOCK_US, WALL_CLOCK
 from .log_errors import LogError, NoBlockError, SessionError
 from .source import LogSource
 
@@ -170,7 +170,7 @@ class Census:
             for row in headers:
                 block = data[int(where[row]) * BLOCK_BYTES :][:BLOCK_BYTES]
                 unix_us = int.from_bytes(block[_WALL_CLOCK], "little")
-                if unix_us:
+                if unix_us >= MIN_WALL_CLOCK_US:
                     tally.unix_offset_us = unix_us - int(heads["time_us"][row])
                     break
 
