@@ -233,6 +233,9 @@ class SensorFusion:
 
     def _gauss_newton(self, free: BoolArray) -> FusionSolution:
         errors, angles = np.zeros(len(self.prior)), self.geometry_rad
+        # Begin where the sensors have the joints: with the whole start as a first step, the rates that depend on the
+        # pose would be linearized far from it.
+        errors[self.prior.starts] = (angles[0] - self.start_rad) / self.prior.start
         covariance, sensors = np.eye(len(errors)), NONE_DETERMINED
         # The lag's columns are derivatives of noisy rates: neighbours, of the same noise, would bias it.
         no_lag = free.copy()
