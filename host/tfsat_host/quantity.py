@@ -85,7 +85,7 @@ class Column:
         form: See `Quantity`.
         shown_in: Unit for people by the end of a name (see `UNITS`) if it is not the key's.
         words: What people read of a row instead of the number.
-        columns: Of the row, or rows, that the value is.
+        columns: Of the row, or rows, that the value is; a function that chooses them by the row where rows differ.
     """
 
     key: str
@@ -95,7 +95,7 @@ class Column:
     form: str = ".3f"
     shown_in: str = ""
     words: Callable[[Any], str] | None = None
-    columns: tuple[Column, ...] = ()
+    columns: tuple[Column, ...] | Callable[[Any], tuple[Column, ...]] = ()
 
     @property
     def unit(self) -> str:
@@ -156,6 +156,8 @@ class Column:
 
 
 Columns = tuple[Column, ...]
+ColumnChoice = Columns | Callable[[Any], Columns]
+"""The columns of a row, or the function that chooses them by the row."""
 
 
 def fields(names: str) -> Columns:
@@ -256,13 +258,13 @@ def _ratio(source: str, target_unit: str) -> float:
     return _FACTORS[target_unit] / _FACTORS[source]
 
 
-def record(columns: Columns, row: Any) -> dict[str, Any]:
+def record(columns: ColumnChoice, row: Any) -> dict[str, Any]:
     """Return a row as a JSON object.
 
-    NaN stays; arrays become lists, choices their names in small letters, times their ISO text.
+    NaN stays; arrays become lists, choices their names in small letters, times their ISO text, bytes hexadecimal.
     """
     entries: dict[str, Any] = {}
-    for column in columns:
+    for column in columns(row) if callable(columns) else columns:
         if not column.key:
             continue
         value = column.value(row)
@@ -272,12 +274,17 @@ def record(columns: Columns, row: Any) -> dict[str, Any]:
     return entries
 
 
-def records(columns: Columns, rows: Iterable[Any]) -> list[dict[str, Any]]:
+def records(columns: ColumnChoice, rows: Iterable[Any]) -> list[dict[str, Any]]:
     """Return each row as a JSON object."""
     return [record(columns, row) for row in rows]
 
 
-def json_objects(columns: Columns, value: Any) -> Any:
+def by_name(columns: ColumnChoice) -> Callable[[Mapping[str, Any]], Columns]:
+    """Return the columns of a mapping, whose rows have the same columns each."""
+    return lambda rows: tuple(Column(name, columns=columns) for name in rows)
+
+
+def json_objects(columns: ColumnChoice, value: Any) -> Any:
     """Return one row as a JSON object, a list or tuple of rows as a list of them, and None as None."""
     if value is None:
         return None
@@ -289,6 +296,8 @@ def _plain(value: Any) -> Any:
         return value.name.lower()
     if isinstance(value, datetime):
         return value.isoformat()
+    if isinstance(value, bytes):
+        return value.hex()
     if hasattr(value, "tolist"):
         return value.tolist()
     return list(value) if isinstance(value, tuple) else value

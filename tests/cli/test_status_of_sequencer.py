@@ -13,12 +13,12 @@ from tests.cli.process import RunCli
 from tests.fixtures.sequencer.board import Board, PinHold, ResetCause
 from tests.fixtures.sequencer.cable import NEW, client, connect
 from tests.fixtures.sequencer.pulses import release
-from tfsat_host.devices.client import BoardRefusal
-from tfsat_host.present.boards_status import BoardsStatus
+from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.present.boards_status import BOARDS, BoardsStatus
 from tfsat_host.present.sequencer_state import SEQUENCER_DETAILS, SEQUENCER_FACTS, SequencerReport
 from tfsat_host.protocol.limits import JOG_CONFIRM
 from tfsat_host.protocol.messages import JogReply, JogRequest
-from tfsat_host.quantity import Quantity
+from tfsat_host.quantity import Quantity, record
 
 __all__ = ["board", "board_library", "fresh_board", "new_board"]
 
@@ -182,7 +182,7 @@ def told_directly(board: Board) -> tuple[dict[str, Any], dict[str, str]]:
         cell = column.cell(report)
         assert not isinstance(cell, Quantity)
         rows[column.label] = cell
-    state: dict[str, Any] = status.as_json()["sequencer"]
+    state: dict[str, Any] = record(BOARDS, status)["sequencer"]
     return state, {
         **rows,
         "verdict": status.verdict[0],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from tfsat_host.maneuver.schedule import STROKES as SCHEDULED
 from tfsat_host.plan.spread import Estimate, Spread
 from tfsat_host.plan.study_result import StudyResult
 from tfsat_host.quantity import Column, Columns, Table, columns_of, fields, record
@@ -127,7 +128,7 @@ STUDY: Columns = (
     Column("monte_carlo", of=lambda result: result, columns=_MONTE_CARLO),
     *fields("robot=robot.name"),
     Column("base", of=lambda result: result.robot.body_names[result.robot.base]),
-    Column("schedule", of=lambda result: result.schedule.as_rows()),
+    Column("schedule", of="schedule.strokes", columns=SCHEDULED),
     *fields("speed_deg_s=schedule.speed_deg_s initial_rate_deg_s"),
     Column("uncertainty", of=lambda result: result.stated.figures()),
     Column("notices", of=lambda result: (*result.schedule_notices, *result.doubts)),

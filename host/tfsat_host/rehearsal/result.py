@@ -6,23 +6,23 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite, nan
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.error_columns import error_columns
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.quick_look import QuickLook, disagreements, quick_look, reached_deg
 from tfsat_host.evaluation.result.drop_result import JOINTS, STROKES, joints
 from tfsat_host.exit_code import ExitCode
-from tfsat_host.json_values import error_as_dict, jsonable
 from tfsat_host.maneuver import Schedule
+from tfsat_host.maneuver.schedule import STROKES as SCHEDULED
 from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import Notices
 from tfsat_host.preflight.preflight_check import CHECK
 from tfsat_host.protocol.limits import SWITCH_COUNT
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.rehearsal.day import DROPPED, NoGo
 from tfsat_host.rehearsal.judgement import JUDGED_FAULT, JudgedDay, moved_deg, outcome_missed
 from tfsat_host.rehearsal.rehearsed_drop import HOOK_S, Drop
@@ -240,11 +240,6 @@ class RehearsalResult:
         complete = self.log is not None and self.log.verdict == "complete"
         return 0 if self.judged.good and complete and by_design else ExitCode.DATA_LOSS
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the object of `--json`, which `summary.json` keeps."""
-        result: dict[str, Any] = jsonable(record(REHEARSAL, self))
-        return result
-
 
 def schedule_notices(schedule: Schedule) -> tuple[str, ...]:
     """List the notices about a schedule that a person should read before it flies."""
@@ -299,7 +294,7 @@ _QUICK_LOOK = fields(
 )
 REHEARSAL: Columns = (
     *fields("sequencer as_filed"),
-    Column("schedule", of=lambda result: result.schedule.as_rows()),
+    Column("schedule", of="schedule.strokes", columns=SCHEDULED),
     *fields("end_s=schedule.end_s seed=truth.seed"),
     Column("robot", of="filed", columns=fields("name file=path")),
     Column("imu", of=lambda result: result.truth.imu or None),
@@ -336,13 +331,14 @@ REHEARSAL: Columns = (
     Column("evaluation", of="evaluated", columns=_EVALUATION),
     Column(
         "evaluation_refused",
-        of=lambda result: result.judged.refusal and error_as_dict(result.judged.refusal),
+        of="judged.refusal",
+        columns=error_columns,
     ),
     Column("compared", columns=COMPARED),
     Column("quick_look", columns=_QUICK_LOOK),
     *fields("warnings files"),
 )
-"""The object of `rehearse --json`, of a `RehearsalResult`."""
+"""The object of `rehearse --json`, which `summary.json` keeps, of a `RehearsalResult`."""
 
 
 def with_quick_look(result: RehearsalResult, notices: Notices) -> RehearsalResult:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tfsat_host.error_columns import error_columns
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.com_fit.cross_validation import (
     CombinedOffsets,
@@ -20,15 +21,14 @@ from tfsat_host.evaluation.com_fit.cross_validation import (
     find_trusted_drops,
     left_aside,
 )
-from tfsat_host.evaluation.result.comparison_result import COMPARISON, comparison_tables
-from tfsat_host.evaluation.verdict import Verdict, refusal_verdict
+from tfsat_host.evaluation.result.comparison_result import comparison_tables
+from tfsat_host.evaluation.verdict import VERDICT, Verdict, refusal_verdict
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices
-from tfsat_host.quantity import Column, Columns, Table, record
+from tfsat_host.quantity import Column, Columns, Table
 from tfsat_host.robot import RobotModel
 from tfsat_host.run import drop_evaluation
-from tfsat_host.run.drop_evaluation import EvaluatedRun
+from tfsat_host.run.drop_evaluation import EVALUATED_RUN, EvaluatedRun
 from tfsat_host.run.files import EvaluationOptions, run_files
 
 
@@ -44,13 +44,18 @@ class Refused:
         """What it is worth."""
         return refusal_verdict(self.error)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the refused drop as a dict for `--json`."""
-        error = error_as_dict(self.error)
-        return {"drop": str(self.place), "verdict": self.verdict.as_dict(), "error": error}
 
-
+_REFUSED: Columns = (
+    Column("drop", of=lambda refused: str(refused.place)),
+    Column("verdict", columns=VERDICT),
+    Column("error", columns=error_columns),
+)
 Tried = EvaluatedRun | Refused
+
+
+def tried_columns(attempt: Tried) -> Columns:
+    """Return the columns of an attempt for `--json`."""
+    return _REFUSED if isinstance(attempt, Refused) else EVALUATED_RUN
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,10 +170,6 @@ class Comparison:
         doubt = "" if self.combined is None else self.combined.contradiction()
         self.doubts: tuple[str, ...] = (doubt,) if doubt else ()
         self.remarks: tuple[str, ...] = (*self.doubts, *left_aside(drops))
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the comparison as a dict for `--json`, under `comparison`."""
-        return record(COMPARISON, self)
 
     def tables(self, names: Sequence[str]) -> list[Table]:
         """Build the tables of the common correction and of each drop's fit under the others' correction.

@@ -11,6 +11,7 @@ from itertools import chain
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.evaluation.verdict import VERDICT
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
@@ -78,7 +79,7 @@ class Report:
 _REPORTED: Columns = (
     Column("name", of=lambda drop: drop[0].name),
     Column("run", of=lambda drop: drop[1].place),
-    Column("verdict", of=lambda drop: drop[1].verdict.as_dict()),
+    Column("verdict", of=lambda drop: drop[1].verdict, columns=VERDICT),
 )
 REPORT: Columns = (
     *fields("report=page files"),

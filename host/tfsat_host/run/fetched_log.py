@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
+from math import isfinite
 from pathlib import Path
-from typing import Any
 
 from tfsat_host import sdlog
-from tfsat_host.devices.client import BoardError, board_error
+from tfsat_host.devices.board_errors import BoardError, board_error
+from tfsat_host.devices.board_identity import DEVICE, Device
 from tfsat_host.devices.log_copies import FetchedLogs, PartialLog, sha256_if_same
 from tfsat_host.devices.log_transfer import RAM, Listing, Outcome, copy_name, entry_words
 from tfsat_host.devices.logger import STOP_TIMEOUT_S, LoggerClient
@@ -25,7 +26,7 @@ from tfsat_host.protocol.messages import ErrorReply, LogEntry, LogReadRequest
 from tfsat_host.quantity import Column, Columns, columns_of, fields
 from tfsat_host.run.held_maneuver import HeldManeuver, copy_note, find_note, note_held
 from tfsat_host.sdlog.log_errors import LogError
-from tfsat_host.sdlog.log_summary import summary
+from tfsat_host.sdlog.log_summary import warnings
 from tfsat_host.units import US_PER_S
 from tfsat_host.user_folders import NoUserFolder
 
@@ -33,7 +34,6 @@ FALL_WAIT_S = 15.0
 """RAM takes a drop until 5 s after the release at the earliest and a second after the landing."""
 # end_capture() waits for nothing: for so long the listing may still be refused as WRONG_STATE.
 _ENDING_S = 2.0
-_DECODED = ("verdict", "samples", "samples_lost", "blocks_lost", "duration_s", "rate_hz")
 
 
 def _clock_iso(unix_us: int) -> str | None:
@@ -76,6 +76,18 @@ ENTRIES: Columns = (
 """Recordings on a card."""
 
 
+@dataclass(frozen=True, slots=True)
+class DecodedCopy:
+    """What the decoder says of a copy; the rate is None where it is unknown."""
+
+    verdict: str
+    samples: int
+    samples_lost: int
+    blocks_lost: int
+    duration_s: float
+    rate_hz: float | None
+
+
 @dataclass
 class Copy:
     """One recording on this computer.
@@ -88,7 +100,7 @@ class Copy:
         resumed_blocks: Blocks that an earlier attempt had fetched.
         outcome: What became of its blocks.
         maneuver: The note beside it of what the sequencer held; None: not known.
-        facts: The decoded summary; empty where nothing can be decoded.
+        decoded: None where nothing can be decoded.
         warnings: What is lost or doubtful.
     """
 
@@ -99,7 +111,7 @@ class Copy:
     resumed_blocks: int = 0
     outcome: Outcome = field(default_factory=Outcome)
     maneuver: Path | None = None
-    facts: dict[str, Any] = field(default_factory=dict)
+    decoded: DecodedCopy | None = None
     warnings: list[str] = field(default_factory=list)
 
     def judge(self, listing: Listing) -> None:
@@ -115,8 +127,16 @@ class Copy:
                 self.warnings.append(f"{name}, {len(blocks)} blocks ({listed}): {what}.")
         # A copy may be right byte for byte and yet hold no block that can be decoded.
         try:
-            self.facts = summary(sdlog.load(self.path))
-            self.warnings += self.facts["warnings"]
+            log = sdlog.load(self.path)
+            self.decoded = DecodedCopy(
+                log.verdict,
+                len(log),
+                log.samples_lost,
+                log.blocks_lost,
+                log.duration_s,
+                log.rate_hz if isfinite(log.rate_hz) else None,
+            )
+            self.warnings += warnings(log)
         except LogError as error:
             self.warnings.append(
                 f"{name} was copied whole, but it cannot be decoded. {error.what} {error.meaning}"
@@ -134,26 +154,61 @@ class Copy:
         how = "every block checked" if self.fetched else "fetched before, unchanged"
         size = size_words(self.entry.blocks)
         out.line(f"{self.path}: {size}, session {self.entry.session:08x}, {how}.")
-        if facts := self.facts:
-            rate = "unknown rate" if facts["rate_hz"] is None else f"{facts['rate_hz']:.2f} Hz"
+        if decoded := self.decoded:
+            rate = "unknown rate" if decoded.rate_hz is None else f"{decoded.rate_hz:.2f} Hz"
             out.line(
-                f"  {facts['verdict']}: {facts['samples']} samples in {facts['duration_s']:.3f} s, {rate}, "
-                f"{facts['samples_lost']} lost"
+                f"  {decoded.verdict}: {decoded.samples} samples in {decoded.duration_s:.3f} s, {rate}, "
+                f"{decoded.samples_lost} lost"
             )
             out.line(Advice("  ", NextStep("decode", (str(self.path),))))
 
 
 def _decoded(name: str) -> Column:
-    return Column(name, of=lambda copy: copy.facts.get(name))
+    return Column(name, of=lambda copy: copy.decoded and getattr(copy.decoded, name))
 
 
-COPY: Columns = (
+_COPY: Columns = (
     *columns_of("entry", ENTRIES),
     *fields("file=path fetched sha256 resumed_blocks torn_blocks=outcome.torn"),
     *fields("unreadable_blocks=outcome.unreadable maneuver warnings"),
-    *map(_decoded, _DECODED),
+    *map(_decoded, DecodedCopy.__annotations__),
 )
-"""A recording on this computer, for `--json`."""
+
+
+@dataclass(frozen=True, eq=False)
+class FetchedRecordings:
+    """Recordings that are on this computer now.
+
+    Attributes:
+        copies: The recordings.
+        ram_released: The logger's RAM was given free.
+        ram_holds_drop: The logger's RAM holds a drop that no card has.
+        device: The logger.
+    """
+
+    copies: Sequence[Copy]
+    ram_released: bool
+    ram_holds_drop: bool
+    device: Device
+
+    def show(self, out: Output) -> None:
+        """Print each copy's summary for people."""
+        if not self.copies:
+            out.line("No recordings.")
+        for copy in self.copies:
+            copy.show(out)
+        if self.ram_released:
+            out.line(
+                "The drop is safe on this computer; the logger's RAM is free, a recording may be started."
+            )
+
+
+FETCHED: Columns = (
+    Column("logs", of="copies", columns=_COPY),
+    *fields("ram_released ram_holds_drop"),
+    Column("device", columns=DEVICE),
+)
+"""Of `log fetch --json`."""
 
 
 def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:

@@ -17,7 +17,7 @@ from tfsat_host import __version__, json_values
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.limits import PROTOCOL_HASH
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, by_name, fields, record
 
 MANIFEST = "manifest.json"
 EVALUATION = "evaluation.json"
@@ -145,7 +145,9 @@ MANIFEST_COLUMNS: Columns = (
     Column("missing", columns=MISSING),
     *fields("record doubts left_out"),
     Column(
-        "files", of=lambda manifest: {name: asdict(file) for name, file in sorted(manifest.files.items())}
+        "files",
+        of=lambda manifest: dict(sorted(manifest.files.items())),
+        columns=by_name(fields("sha256 bytes")),
     ),
 )
 """Of `manifest.json`, in its order."""
