@@ -79,8 +79,8 @@ class Column:
     Attributes:
         key: In JSON, with the unit at its end; empty: for people only.
         label: Over the column, for people, without the unit; empty: in JSON only.
-        of: Attribute of a row (`pair.event` is one of its attribute's), or a function of the row that gives the value
-            in the key's unit; by default the attribute of the key's stem.
+        of: Attribute of a row (`pair.event` is one of its attribute's, None where that is), or a function of the row
+            that gives the value in the key's unit; by default the attribute of the key's stem.
         std: The same of its standard deviation. In JSON it is `<key>_std`.
         form: See `Quantity`.
         shown_in: Unit for people by the end of a name (see `UNITS`) if it is not the key's.
@@ -149,8 +149,8 @@ class Column:
         # By convention size_deg is made of size_rad: exchange the unit at the end of the name.
         if source == self.key and unit in UNITS and not hasattr(row, source):
             source = f"{self.key.removesuffix(unit)}{UNITS[unit][1]}"
-        # A dotted name leads through attributes of attributes.
-        value = reduce(getattr, source.split("."), row)
+        # A dotted name leads through attributes of attributes; where one of them is None, so is the value.
+        value = reduce(lambda of, name: of if of is None else getattr(of, name), source.split("."), row)
         factor = _ratio(unit_of(source), unit)
         return value if factor == 1.0 or value is None else value * factor + 0.0  # no minus zero
 

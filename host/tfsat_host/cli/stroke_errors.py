@@ -61,8 +61,8 @@ EXPECTED: Columns = (
 """Of a stroke's error, for `--json`."""
 EXPECTED_STROKES: Columns = (
     *columns_of("stroke", STROKES),
-    Column("error_deg", "misses by", of=lambda row: row.error and degrees(row.error.error_rad), form="+.2f"),
-    Column("std_deg", "std", of=lambda row: row.error and degrees(row.error.std_rad), form=".2f"),
+    Column("error_deg", "misses by", of="error.error_rad", form="+.2f"),
+    Column("std_deg", "std", of="error.std_rad", form=".2f"),
 )
 """Of an `ExpectedStroke`, for people."""
 

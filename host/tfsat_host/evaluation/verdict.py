@@ -53,13 +53,13 @@ class Verdict:
         return self._line(self.sentence.removeprefix(_EMULATED).rstrip("."))
 
     def brief(self) -> str:
-        """Return level and first reason, and how many more there are: the last line on a screen."""
+        """Return level and first finding, and how many reasons there are: the last line on a screen."""
         if self.level == "failed":
             return self._line(self.sentence.partition(". ")[0].rstrip("."))
         first, *others = self.sentence.removeprefix(_EMULATED).rstrip(".").split("; ")
         if self.level == "good":
             first, others = first.partition(", ")[0], []
-        more = f"; {len(others)} more reason{'' if len(others) == 1 else 's'} above" if others else ""
+        more = f"; {len(self.reasons)} reasons in all" if others else ""
         return self._line(first + more)
 
     def _line(self, sentence: str) -> str:

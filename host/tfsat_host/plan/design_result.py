@@ -198,10 +198,8 @@ PROPOSAL: Columns = (
         columns=_ROBUST,
     ),
     Column("file", "Written", of="path", words=_format_file),
-    Column(
-        "schedule", of=lambda proposal: proposal.schedule and proposal.schedule.strokes, columns=SCHEDULED
-    ),
-    Column("end_s", of=lambda proposal: proposal.schedule and proposal.schedule.end_s),
+    Column("schedule", of="schedule.strokes", columns=SCHEDULED),
+    *fields("end_s=schedule.end_s"),
     Column("sequencer_refuses", of=lambda proposal: proposal.refusal or None),
     Column(
         "checks", of=lambda proposal: () if proposal.tower is None else proposal.tower.checks, columns=CHECK

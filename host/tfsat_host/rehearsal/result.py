@@ -255,16 +255,6 @@ def _preflight_text(result: RehearsalResult) -> str | None:
     return None if result.preflight_go is None else "go" if result.preflight_go else "no-go"
 
 
-def _of_sequencer(name: str) -> Column:
-    """Column of the sequencer's status after the landing; None: it does not respond."""
-    return Column(name, of=lambda result: result.drop.sequencer and getattr(result.drop.sequencer, name))
-
-
-def _of_log(name: str) -> Column:
-    """Column of the recording; None: there is none."""
-    return Column(name, of=lambda result: None if result.log is None else getattr(result.log, name))
-
-
 def _choose(columns: Columns, keys: str) -> Columns:
     return tuple(column for column in columns if column.key in keys.split())
 
@@ -315,16 +305,16 @@ REHEARSAL: Columns = (
         of=lambda result: result.drop.refused and ("preflight" if result.refused_by_preflight else "board"),
     ),
     *fields("setbacks=drop.setbacks"),
-    Column("sequencer_state", of=lambda result: result.drop.sequencer and result.drop.sequencer.state),
-    *map(_of_sequencer, ("knocks", "false_releases")),
+    *fields("sequencer_state=drop.sequencer.state knocks=drop.sequencer.knocks"),
+    *fields("false_releases=drop.sequencer.false_releases"),
     # The flight: recording and truth.
     *fields("initial_rate_deg_s"),
     Column("initial_rate_body", of=lambda _: 3),
     *fields("simulate_command"),
-    _of_log("verdict"),
+    *fields("verdict=log.verdict"),
     Column("recording_from", of=lambda result: "ram" if result.drop.from_ram else "card"),
     Column("samples", of=lambda result: 0 if result.log is None else len(result.log)),
-    *map(_of_log, ("samples_lost", "rate_hz")),
+    *fields("samples_lost=log.samples_lost rate_hz=log.rate_hz"),
     *fields("strokes_s reorientation_true_deg=true_turn_deg reorientation_true_until_s=true_until_s"),
     Column("no_release", of="missing_release", columns=_MISSING_RELEASE),
     # The evaluation, and the truth next to it.

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -66,20 +65,17 @@ class DropSummary:
     run: EvaluatedRun | None
 
 
-def _angle(key: str, label: str, of: str, std: str = "") -> Column:
-    def angle_deg(source: str) -> Callable[[DropSummary], float | None]:
-        take = attrgetter(f"run.found.{source}")
-        return lambda drop: None if drop.run is None else float(np.rad2deg(take(drop)))
-
-    return Column(key, label, of=angle_deg(of), std=angle_deg(std) if std else "")
-
-
 DROPS: Columns = (
     Column("drop", "drop", of="name"),
     Column("verdict", "verdict", of=lambda drop: "failed" if drop.run is None else drop.run.verdict.level),
-    _angle("reorientation_deg", "reorientation", "reorientation.angle_rad", "reorientation.std_rad"),
-    _angle("before_deg", "nominal error", "explained.nominal.error.final_norm_rad"),
-    _angle("after_deg", "fitted error", "explained.fitted.error.final_norm_rad"),
+    Column(
+        "reorientation_deg",
+        "reorientation",
+        of="run.found.reorientation.angle_rad",
+        std="run.found.reorientation.std_rad",
+    ),
+    Column("before_deg", "nominal error", of="run.found.explained.nominal.error.final_norm_rad"),
+    Column("after_deg", "fitted error", of="run.found.explained.fitted.error.final_norm_rad"),
 )
 """Of several drops, a line each."""
 

@@ -95,7 +95,7 @@ EVALUATED_RUN: Columns = (
     Column("verdict", columns=VERDICT),
     *columns_of("found", EVALUATION),
     Column("notes", of=lambda run: [*run.found.notes, *run.remarks]),
-    Column("calibration", of=lambda run: run.held and run.held.state, columns=CERTIFICATE_STATE),
+    Column("calibration", of="held.state", columns=CERTIFICATE_STATE),
     Column("maneuver", of=lambda run: run.files.maneuver and str(run.files.maneuver)),
     *fields("robot=found.model.name"),
     Column("recording", of=lambda run: run, columns=_RECORDING),

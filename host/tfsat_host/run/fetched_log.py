@@ -163,15 +163,11 @@ class Copy:
             out.line(Advice("  ", NextStep("decode", (str(self.path),))))
 
 
-def _decoded(name: str) -> Column:
-    return Column(name, of=lambda copy: copy.decoded and getattr(copy.decoded, name))
-
-
 _COPY: Columns = (
     *columns_of("entry", ENTRIES),
     *fields("file=path fetched sha256 resumed_blocks torn_blocks=outcome.torn"),
     *fields("unreadable_blocks=outcome.unreadable maneuver warnings"),
-    *map(_decoded, DecodedCopy.__annotations__),
+    *(Column(name, of=f"decoded.{name}") for name in DecodedCopy.__annotations__),
 )
 
 

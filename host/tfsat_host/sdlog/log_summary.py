@@ -244,8 +244,7 @@ METADATA: Columns = (
     # JSON has no NaN.
     Column("rate_hz", of=lambda log: log.rate_hz if isfinite(log.rate_hz) else None),
     *fields("release_us release_uncertainty_us"),
-    Column("release_interval_us", of=lambda log: log.release and log.release.interval_us),
-    *fields("t_s_origin doubts"),
+    *fields("release_interval_us=release.interval_us t_s_origin doubts"),
     Column("header", of=lambda log: log, columns=_HEADER),
     *fields("unix_offset_us"),
     Column("footer", columns=_FOOTER),

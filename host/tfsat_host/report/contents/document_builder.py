@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ from tfsat_host.evaluation.result.first_screen import change_sentence, predictio
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.next_step import name_recording
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 from tfsat_host.quantity import UNKNOWN, Column, Quantity
 from tfsat_host.report.contents.chart import plot_of
@@ -117,7 +118,15 @@ def document_of(
 
 
 def _drop(drop: ReportedDrop) -> Drop:
-    evaluation = drop.evaluation
+    # Whoever reads the page elsewhere has no command line that knows the recording.
+    recording = str(drop.evaluation.log.path)
+    evaluation = replace(
+        drop.evaluation,
+        checks=tuple(
+            replace(check, next_step=check.next_step and name_recording(check.next_step, recording))
+            for check in drop.evaluation.checks
+        ),
+    )
     verdict = drop.verdict
     samples = evaluation.motion.samples
     return Drop(

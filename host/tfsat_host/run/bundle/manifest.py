@@ -16,6 +16,7 @@ from typing import Annotated, Any
 from tfsat_host import __version__, json_values
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.next_step import name_recording
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 from tfsat_host.quantity import Column, Columns, by_name, fields, record
 
@@ -143,7 +144,12 @@ MANIFEST_COLUMNS: Columns = (
     Column("evaluated", of=lambda manifest: asdict(manifest.evaluated)),
     Column("images"),
     Column("missing", columns=MISSING),
-    *fields("record doubts left_out"),
+    *fields("record"),
+    Column(
+        "doubts",
+        of=lambda manifest: [name_recording(text, manifest.evaluated.recording) for text in manifest.doubts],
+    ),
+    *fields("left_out"),
     Column(
         "files",
         of=lambda manifest: dict(sorted(manifest.files.items())),
