@@ -17,11 +17,9 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.plotting import check_matplotlib
-from tfsat_host.quantity import Column, Columns, fields
+from tfsat_host.quantity import Column, Columns, Table, fields
 from tfsat_host.report import render
 from tfsat_host.report.contents.document_builder import ReportedDrop, Source, document_of
-from tfsat_host.report.contents.document_builder import table as page_table
-from tfsat_host.report.document import PageTable
 from tfsat_host.report.figures import FIGURES, FORMATS, drawn_of, write_figure
 from tfsat_host.report.figures import MARKER as FIGURE_MARKER
 from tfsat_host.report.foxglove_export import MARKER as MCAP_MARKER
@@ -216,7 +214,7 @@ class ReportFiles:
     def write(
         self,
         drops: Sequence[ReportedDrop],
-        tables: Sequence[PageTable],
+        tables: Sequence[Table],
         without: Sequence[str],
         notices: Notices,
         made_at: datetime | None = None,
@@ -281,12 +279,12 @@ def report_drop(name: str, run: EvaluatedRun) -> ReportedDrop:
     )
 
 
-def together(drops: Sequence[ReportedDrop], compared: Comparison) -> list[PageTable]:
+def together(drops: Sequence[ReportedDrop], compared: Comparison) -> list[Table]:
     """Build the page's tables of the drops' combined results on the model.
 
     `drops` are those that are compared, in order.
     """
-    return [page_table(table) for table in compared.tables([drop.name for drop in drops])]
+    return compared.tables([drop.name for drop in drops])
 
 
 def explain_absence(place: Path, refusal: TfsatError) -> str:

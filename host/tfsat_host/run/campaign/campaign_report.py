@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tfsat_host import quantity
@@ -16,7 +16,6 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.quantity import UNKNOWN, Column, Columns, columns_of, fields
-from tfsat_host.report.document import PageTable
 from tfsat_host.run import drop_evaluation
 from tfsat_host.run.campaign.campaign_folder import changes_in, read
 from tfsat_host.run.campaign.entries import ENTRY, DropEntry, folder_name
@@ -296,13 +295,12 @@ def _write(
         for drop in tried
         if drop.evaluation
     }
-    tables: list[PageTable] = []
+    tables: list[quantity.Table] = []
     for robot in robots:
         if robot.compared is not None:
+            name = f" ({robot.name})" if len(robots) > 1 else ""
             of_them = together([drops[number] for number in robot.numbers], robot.compared)
-            for table in of_them:
-                table["title"] += f" ({robot.name})" if len(robots) > 1 else ""
-            tables += of_them
+            tables += [replace(table, title=f"{table.title}{name}") for table in of_them]
     without = [explain_absence(Path(drop.entry.folder), drop.error) for drop in tried if drop.error]
     files.write(list(drops.values()), tables, without, notices)
 
