@@ -86,8 +86,7 @@ def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output)
     out.result(
         record(_JOGGED, JoggedJoint(jog, args.hold_s, sequencer.device())),
         Advice(
-            f"Joint {jog.joint}: moved to {jog.to_cdeg / 100:g} deg and let go (sequencer safe)\nNext: ",
-            on,
+            f"Joint {jog.joint}: moved to {jog.to_cdeg / 100:g} deg and let go (sequencer safe)\nNext: ", on
         ),
     )
 

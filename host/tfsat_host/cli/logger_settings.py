@@ -10,13 +10,7 @@ from typing import Any
 from tfsat_host.cli.boards import offering_emulated, open_logger
 from tfsat_host.cli.usage import add_actions, add_options, device
 from tfsat_host.devices.board_identity import DEVICE, Device
-from tfsat_host.devices.logger_configuration import (
-    DLPF_HZ,
-    FACTORY,
-    StoredLoggerSettings,
-    check,
-    rate_max_hz,
-)
+from tfsat_host.devices.logger_configuration import DLPF_HZ, FACTORY, StoredLoggerSettings, check, rate_max_hz
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output

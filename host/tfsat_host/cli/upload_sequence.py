@@ -53,11 +53,7 @@ _CHECKED: Columns = (
     *fields("end_s=schedule.end_s notices"),
     Column("device", columns=DEVICE),
 )
-_DRY_RUN: Columns = (
-    *_CHECKED,
-    Column("verified", of=lambda _: False),
-    Column("dry_run", of=lambda _: True),
-)
+_DRY_RUN: Columns = (*_CHECKED, Column("verified", of=lambda _: False), Column("dry_run", of=lambda _: True))
 _UPLOADED: Columns = (
     *_CHECKED,
     Column("verified", of=lambda _: True),

@@ -14,12 +14,7 @@ from tfsat_host.devices.sequencer import StoredSettings, Upload
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
-from tfsat_host.present.stored_settings import (
-    SERVO_SETTINGS,
-    STORED_SETTINGS,
-    comparison,
-    origin_words,
-)
+from tfsat_host.present.stored_settings import SERVO_SETTINGS, STORED_SETTINGS, comparison, origin_words
 from tfsat_host.quantity import Column, Columns, columns_of, fields, record
 from tfsat_host.whole_file import write_whole
 

@@ -23,12 +23,7 @@ from tfsat_host.devices.serial_ports import (
 )
 from tfsat_host.errors import Interrupted, RefusedError
 from tfsat_host.flashing.image import Image
-from tfsat_host.flashing.loader import (
-    AGAIN,
-    MISSING_PROGRAMS,
-    Computer,
-    FlashError,
-)
+from tfsat_host.flashing.loader import AGAIN, MISSING_PROGRAMS, Computer, FlashError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import Board
 

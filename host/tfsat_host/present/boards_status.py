@@ -116,10 +116,7 @@ class BoardsStatus:
         write_verdict(*self.verdict, out)
 
 
-_SEQUENCER: Columns = (
-    *columns_of("sequencer", SEQUENCER_JSON),
-    Column("arm_refusal", columns=error_columns),
-)
+_SEQUENCER: Columns = (*columns_of("sequencer", SEQUENCER_JSON), Column("arm_refusal", columns=error_columns))
 BOARDS: Columns = (
     Column(
         "sequencer",

@@ -50,9 +50,7 @@ _LOGGER: Columns = (
     *fields("measured_rate_hz=meter.rate_hz live_missed=meter.missed live_gaps=meter.gaps"),
     Column("bodies", of=lambda watch: watch.reading.bodies if watch.reading else (), columns=_BODY_RATE),
     Column(
-        "angle_sensors",
-        of=lambda watch: watch.reading.angles if watch.reading else (),
-        columns=_ANGLE_SENSOR,
+        "angle_sensors", of=lambda watch: watch.reading.angles if watch.reading else (), columns=_ANGLE_SENSOR
     ),
 )
 ALWAYS = 0

@@ -27,12 +27,7 @@ from tfsat_host.rehearsal.day import DROPPED, NoGo
 from tfsat_host.rehearsal.judgement import JUDGED_FAULT, JudgedDay, moved_deg, outcome_missed
 from tfsat_host.rehearsal.rehearsed_drop import HOOK_S, Drop
 from tfsat_host.rehearsal.truth import Truth
-from tfsat_host.rehearsal.truth_comparison import (
-    COMPARED,
-    EstimateAndTruth,
-    compare_with_truth,
-    turned_rad,
-)
+from tfsat_host.rehearsal.truth_comparison import COMPARED, EstimateAndTruth, compare_with_truth, turned_rad
 from tfsat_host.robot import RobotModel
 from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, ROBOT
@@ -294,8 +289,7 @@ REHEARSAL: Columns = (
     Column("verified", of=lambda result: result.drop.upload is not None),
     Column("preflight", of=_preflight_text),
     Column(
-        "preflight_file",
-        of=lambda result: None if result.preflight_go is None else result.folder / PREFLIGHT,
+        "preflight_file", of=lambda result: None if result.preflight_go is None else result.folder / PREFLIGHT
     ),
     Column("no_go", of=lambda result: [check.name for check in result.drop.blocking]),
     Column("no_go_checks", of="drop.blocking", columns=CHECK),
@@ -319,11 +313,7 @@ REHEARSAL: Columns = (
     Column("no_release", of="missing_release", columns=_MISSING_RELEASE),
     # The evaluation, and the truth next to it.
     Column("evaluation", of="evaluated", columns=_EVALUATION),
-    Column(
-        "evaluation_refused",
-        of="judged.refusal",
-        columns=error_columns,
-    ),
+    Column("evaluation_refused", of="judged.refusal", columns=error_columns),
     Column("compared", columns=COMPARED),
     Column("quick_look", columns=_QUICK_LOOK),
     *fields("warnings files"),

@@ -56,10 +56,7 @@ _NO_CERTIFICATE = Advice("No calibration was found. To measure one: ", NextStep(
 _RECORDING: Columns = (
     Column("file", of=lambda run: str(run.files.recording)),
     Column("session", of=lambda run: f"{run.found.log.session:08x}"),
-    Column(
-        "released",
-        of=lambda run: run.recorded and run.recorded.isoformat(timespec="milliseconds"),
-    ),
+    Column("released", of=lambda run: run.recorded and run.recorded.isoformat(timespec="milliseconds")),
     Column("samples", of=lambda run: len(run.found.log)),
     *(Column(key, of=f"found.log.{key}") for key in ("verdict", "samples_lost", "blocks_lost", "rate_hz")),
 )

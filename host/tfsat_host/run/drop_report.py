@@ -81,11 +81,7 @@ _REPORTED: Columns = (
 )
 REPORT: Columns = (
     *fields("report=page files"),
-    Column(
-        "drops",
-        of=lambda report: list(zip(report.drops, report.runs, strict=True)),
-        columns=_REPORTED,
-    ),
+    Column("drops", of=lambda report: list(zip(report.drops, report.runs, strict=True)), columns=_REPORTED),
     Column("refused", columns=fields("run=place what=error.what")),
 )
 """Of `report --json`."""
@@ -139,7 +135,7 @@ def report(
         )
     drops = [report_drop(files.names[run.files.recording], run) for run in runs]
     compared = Comparison.of(runs)
-    tables = [] if compared is None else together(drops, compared)
+    tables = [] if compared is None else compared.tables([drop.name for drop in drops])
     without = [explain_absence(refusal.place, refusal.error) for refusal in refused]
     written = files.write(drops, tables, without, notices, made_at)
     return Report(files.page, written, drops, runs, refused, compared)
@@ -277,14 +273,6 @@ def report_drop(name: str, run: EvaluatedRun) -> ReportedDrop:
     return ReportedDrop(
         name, run.found, run.verdict, sha256, certificate, run.remarks, sources, run.options.as_arguments()
     )
-
-
-def together(drops: Sequence[ReportedDrop], compared: Comparison) -> list[Table]:
-    """Build the page's tables of the drops' combined results on the model.
-
-    `drops` are those that are compared, in order.
-    """
-    return compared.tables([drop.name for drop in drops])
 
 
 def explain_absence(place: Path, refusal: TfsatError) -> str:

@@ -217,10 +217,7 @@ _HEADER: Columns = (
     Column("schema", of=lambda log: log.header.schema.rstrip(b"\0").decode("ascii", errors="replace")),
     *fields("is_copy=header_is_copy time_us=header_time_us"),
 )
-_FOOTER: Columns = (
-    *_columns_of(LogFooter),
-    Column("stop_reason", of=lambda footer: int(footer.stop_reason)),
-)
+_FOOTER: Columns = (*_columns_of(LogFooter), Column("stop_reason", of=lambda footer: int(footer.stop_reason)))
 _EVENT_KEYS = ("t_us", "t_s", "name", "index", "arg", "value")
 _EVENT: Columns = tuple(Column(name, of=itemgetter(place)) for place, name in enumerate(_EVENT_KEYS))
 METADATA: Columns = (

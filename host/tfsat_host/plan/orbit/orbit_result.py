@@ -183,13 +183,7 @@ _STROKE: Columns = (
     Column("angle_deg", of=lambda stroke: math.degrees(stroke[1])),
 )
 _STEP: Columns = (
-    Column(
-        "strokes",
-        "joint:angle / deg",
-        of="primitive.strokes",
-        words=_format_strokes,
-        columns=_STROKE,
-    ),
+    Column("strokes", "joint:angle / deg", of="primitive.strokes", words=_format_strokes, columns=_STROKE),
     *fields("duration_s=primitive.duration_s predicted_xyzw attitude_xyzw measured_xyzw"),
     Column("error_deg", "error"),
     Column("measured_error_deg", "measured"),

@@ -46,12 +46,7 @@ from tfsat_host.run.bundle.manifest import (
 from tfsat_host.run.certificate_check import origin_of_log
 from tfsat_host.run.drop_evaluation import EVALUATED_RUN, MADE_BY
 from tfsat_host.run.drop_report import report_drop
-from tfsat_host.run.files import (
-    AS_FOUND,
-    MANEUVER,
-    EvaluationOptions,
-    names_of,
-)
+from tfsat_host.run.files import AS_FOUND, MANEUVER, EvaluationOptions, names_of
 from tfsat_host.run.signed_record import verify
 
 ENDING = ".tfsat.zip"

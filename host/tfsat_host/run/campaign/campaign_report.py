@@ -27,7 +27,6 @@ from tfsat_host.run.drop_report import (
     ReportOptions,
     explain_absence,
     report_drop,
-    together,
 )
 from tfsat_host.run.files import EMULATED, EvaluationOptions
 
@@ -161,18 +160,11 @@ class CampaignReport:
         return sentences
 
 
-_EVALUATED_DROP: Columns = (
-    *columns_of("entry", ENTRY),
-    Column("evaluation", columns=EVALUATED_RUN),
-)
+_EVALUATED_DROP: Columns = (*columns_of("entry", ENTRY), Column("evaluation", columns=EVALUATED_RUN))
 _REFUSED_DROP: Columns = (*_EVALUATED_DROP, Column("error", columns=error_columns))
 REPORT: Columns = (
     *fields("campaign=folder report=page"),
-    Column(
-        "drops",
-        of="tried",
-        columns=lambda drop: _REFUSED_DROP if drop.error else _EVALUATED_DROP,
-    ),
+    Column("drops", of="tried", columns=lambda drop: _REFUSED_DROP if drop.error else _EVALUATED_DROP),
     Column("void", columns=ENTRY),
     Column("comparisons", of="robots", columns=ROBOT),
     Column("findings"),
@@ -299,7 +291,7 @@ def _write(
     for robot in robots:
         if robot.compared is not None:
             name = f" ({robot.name})" if len(robots) > 1 else ""
-            of_them = together([drops[number] for number in robot.numbers], robot.compared)
+            of_them = robot.compared.tables([drops[number].name for number in robot.numbers])
             tables += [replace(table, title=f"{table.title}{name}") for table in of_them]
     without = [explain_absence(Path(drop.entry.folder), drop.error) for drop in tried if drop.error]
     files.write(list(drops.values()), tables, without, notices)
