@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import Enum
 from functools import reduce
+from pathlib import PurePath
 from typing import Any
 
 UNKNOWN = "–"
@@ -127,6 +128,8 @@ class Column:
             return str(value)
         factor = _ratio(unit_of(self.key), self.shown_in)
         std = self.std_of(row)
+        if isinstance(value, list) and all(isinstance(element, PurePath) for element in value):
+            return ", ".join(map(str, value))
         if hasattr(value, "__len__"):
             return vector(
                 [factor * element for element in value], None if std is None else factor * std, self.form
@@ -288,7 +291,9 @@ def json_objects(columns: ColumnChoice, value: Any) -> Any:
     """Return one row as a JSON object, a list or tuple of rows as a list of them, and None as None."""
     if value is None:
         return None
-    return records(columns, value) if isinstance(value, list | tuple) else record(columns, value)
+    # A named tuple is one row.
+    rows = isinstance(value, list | tuple) and not hasattr(value, "_fields")
+    return records(columns, value) if rows else record(columns, value)
 
 
 def _plain(value: Any) -> Any:
