@@ -124,7 +124,7 @@ def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> 
     assert explained["number"] == 22
     assert "(refusal 18, fault_latched)" in blocked and "clears the fault" in blocked
     assert "tfsat-host status" not in str(status.json) + status.lines  # whoever reads it has typed that
-    assert "does not know when the robot was released" in explained["meaning"]
+    assert "The moment of the release is lost" in explained["meaning"]
     assert status.json["arm_refusal"]["code"] == "fault_latched"
     assert "restarted 1 time while armed; the last cause: watchdog" in restarted
 

@@ -123,12 +123,12 @@ REMEDIES: dict[ErrorCode, tuple[str, str, Advice]] = {
     ErrorCode.RESET_WHILE_ARMED: (
         "The board restarted while it was armed, and a switch was open.",
         "The moment of the release is lost: no joint moves.",
-        Advice("Cause of the restart: ", NextStep("status"), ". Then ", NextStep("disarm"), ", seat the robot and arm again."),
+        Advice("Correct the cause of the restart, then ", NextStep("disarm"), ", seat the robot and arm again."),
     ),
     ErrorCode.RESET_WHILE_RUNNING: (
         "The board restarted while the maneuver ran.",
         "The rest of the maneuver was not flown.",
-        Advice("Cause of the restart: ", NextStep("status"), ". Then ", NextStep("disarm"), "."),
+        Advice("Correct the cause of the restart, then ", NextStep("disarm"), "."),
     ),
     ErrorCode.JOG_NOT_CONFIRMED: (
         "The jog did not carry its flag.",
