@@ -55,8 +55,6 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 def _fetch(args: argparse.Namespace, out: Output) -> int:
     """Fetches one recording or all, judges them, and gives RAM free once its drop is safe."""
     from tfsat_host.run.fetched_log import (
-        FETCHED,
-        FetchedRecordings,
         fetch,
         listing_after_the_drop,
         note_maneuvers,
@@ -65,6 +63,7 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
         target_of,
     )
     from tfsat_host.run.logger_recordings import RAM_WARNING
+    from tfsat_host.run.recording_copy import FETCHED, FetchedRecordings
 
     with open_logger(args, out) as logger:
         listing = listing_after_the_drop(logger, out)

@@ -19,7 +19,8 @@ from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows
 from tfsat_host.protocol.messages import LogEntry, LoggerStatusReply
 from tfsat_host.quantity import UNKNOWN, Column, Columns, columns_of, fields
-from tfsat_host.run.fetched_log import ENTRIES, pick, which_words
+from tfsat_host.run.fetched_log import pick
+from tfsat_host.run.recording_copy import ENTRIES, which_words
 
 RAM_WARNING = Advice(
     "RAM HOLDS A DROP THAT NO CARD HAS. It is gone with the logger's power: keep it on, and type: ",
