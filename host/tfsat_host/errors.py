@@ -11,8 +11,9 @@ from tfsat_host.exit_code import ExitCode
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from typing import Any, ClassVar, Self
+
+    from tfsat_host.quantity import Columns
 
 
 class TfsatError(Exception):
@@ -25,12 +26,12 @@ class TfsatError(Exception):
         code: A stable name for `--json`, where callers tell such errors apart.
 
     Attributes:
-        details: What else `--json` has of it.
+        columns: What else `--json` has of it.
     """
 
     exit_code: ClassVar[ExitCode] = ExitCode.FAILED
     code: Any = None
-    details: Mapping[str, Any] = {}
+    columns: Columns = ()
 
     def __init__(self, *, what: str, meaning: str, next_step: str, code: object = None) -> None:
         super().__init__(what)

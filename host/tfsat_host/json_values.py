@@ -7,11 +7,8 @@ import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from datetime import UTC, datetime
-from enum import IntEnum
 from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
-
-from tfsat_host.errors import TfsatError
 
 T = TypeVar("T")
 _SHA256 = re.compile(r"[0-9a-f]{64}")
@@ -136,20 +133,3 @@ def jsonable(value: Any, show: Callable[[str], str] = str) -> Any:
 def format_json(value: Any) -> str:
     """Format a JSON file's text, one entry a line; paths, numpy values and NaN as `jsonable` has them."""
     return json.dumps(jsonable(value), indent=1, allow_nan=False) + "\n"
-
-
-def error_as_dict(error: TfsatError) -> dict[str, Any]:
-    """Return the error as an object for `--json`, with its `details` if it has some.
-
-    `code` is a stable name where the error has one, `number` that of a board's refusal.
-    """
-    document: dict[str, Any] = {
-        "what": error.what,
-        "meaning": error.meaning,
-        "next_step": error.next_step,
-        **getattr(error, "details", {}),
-    }
-    code = getattr(error, "code", None)
-    if isinstance(code, IntEnum):
-        return {**document, "code": code.name.lower(), "number": int(code)}
-    return document if code is None else {**document, "code": str(code)}

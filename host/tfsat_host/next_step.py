@@ -31,6 +31,13 @@ class NextStep:
         """Return the same command with more arguments."""
         return NextStep(self.command, (*self.arguments, *arguments))
 
+    def with_recording(self, recording: str) -> NextStep:
+        """Return `decode` with a recording unless it names a file, and any other command as it is."""
+        # A recording goes before options: `decode --format parquet` names none.
+        if self.command != "decode" or not all(word.startswith("--") for word in self.arguments[:1]):
+            return self
+        return NextStep(self.command, (recording, *self.arguments))
+
     def __str__(self) -> str:
         """Return what to type."""
         return " ".join(("tfsat-host", self.command, *map(shlex.quote, self.arguments)))
@@ -65,3 +72,10 @@ class Advice(str):
     def with_commands(self, complete: Callable[[NextStep], NextStep]) -> Advice:
         """Return the same advice, its commands completed."""
         return Advice(*(complete(part) if isinstance(part, NextStep) else part for part in self.parts))
+
+
+def name_recording(text: str, recording: str) -> str:
+    """Return a text whose `decode` commands name the recording: for readers who do not know of which it speaks."""
+    return (
+        text.with_commands(lambda step: step.with_recording(recording)) if isinstance(text, Advice) else text
+    )

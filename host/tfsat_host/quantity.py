@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import Enum
 from functools import reduce
+from pathlib import PurePath
 from typing import Any
 
 UNKNOWN = "–"
@@ -79,13 +80,13 @@ class Column:
     Attributes:
         key: In JSON, with the unit at its end; empty: for people only.
         label: Over the column, for people, without the unit; empty: in JSON only.
-        of: Attribute of a row (`pair.event` is one of its attribute's), or a function of the row that gives the value
-            in the key's unit; by default the attribute of the key's stem.
+        of: Attribute of a row (`pair.event` is one of its attribute's, None where that is), or a function of the row
+            that gives the value in the key's unit; by default the attribute of the key's stem.
         std: The same of its standard deviation. In JSON it is `<key>_std`.
         form: See `Quantity`.
         shown_in: Unit for people by the end of a name (see `UNITS`) if it is not the key's.
         words: What people read of a row instead of the number.
-        columns: Of the row, or rows, that the value is.
+        columns: Of the row, or rows, that the value is; a function that chooses them by the row where rows differ.
     """
 
     key: str
@@ -95,7 +96,7 @@ class Column:
     form: str = ".3f"
     shown_in: str = ""
     words: Callable[[Any], str] | None = None
-    columns: tuple[Column, ...] = ()
+    columns: tuple[Column, ...] | Callable[[Any], tuple[Column, ...]] = ()
 
     @property
     def unit(self) -> str:
@@ -127,6 +128,8 @@ class Column:
             return str(value)
         factor = _ratio(unit_of(self.key), self.shown_in)
         std = self.std_of(row)
+        if isinstance(value, list) and all(isinstance(element, PurePath) for element in value):
+            return ", ".join(map(str, value))
         if hasattr(value, "__len__"):
             return vector(
                 [factor * element for element in value], None if std is None else factor * std, self.form
@@ -149,13 +152,15 @@ class Column:
         # By convention size_deg is made of size_rad: exchange the unit at the end of the name.
         if source == self.key and unit in UNITS and not hasattr(row, source):
             source = f"{self.key.removesuffix(unit)}{UNITS[unit][1]}"
-        # A dotted name leads through attributes of attributes.
-        value = reduce(getattr, source.split("."), row)
+        # A dotted name leads through attributes of attributes; where one of them is None, so is the value.
+        value = reduce(lambda of, name: of if of is None else getattr(of, name), source.split("."), row)
         factor = _ratio(unit_of(source), unit)
         return value if factor == 1.0 or value is None else value * factor + 0.0  # no minus zero
 
 
 Columns = tuple[Column, ...]
+ColumnChoice = Columns | Callable[[Any], Columns]
+"""The columns of a row, or the function that chooses them by the row."""
 
 
 def fields(names: str) -> Columns:
@@ -256,13 +261,13 @@ def _ratio(source: str, target_unit: str) -> float:
     return _FACTORS[target_unit] / _FACTORS[source]
 
 
-def record(columns: Columns, row: Any) -> dict[str, Any]:
+def record(columns: ColumnChoice, row: Any) -> dict[str, Any]:
     """Return a row as a JSON object.
 
-    NaN stays; arrays become lists, choices their names in small letters, times their ISO text.
+    NaN stays; arrays become lists, choices their names in small letters, times their ISO text, bytes hexadecimal.
     """
     entries: dict[str, Any] = {}
-    for column in columns:
+    for column in columns(row) if callable(columns) else columns:
         if not column.key:
             continue
         value = column.value(row)
@@ -272,16 +277,23 @@ def record(columns: Columns, row: Any) -> dict[str, Any]:
     return entries
 
 
-def records(columns: Columns, rows: Iterable[Any]) -> list[dict[str, Any]]:
+def records(columns: ColumnChoice, rows: Iterable[Any]) -> list[dict[str, Any]]:
     """Return each row as a JSON object."""
     return [record(columns, row) for row in rows]
 
 
-def json_objects(columns: Columns, value: Any) -> Any:
+def by_name(columns: ColumnChoice) -> Callable[[Mapping[str, Any]], Columns]:
+    """Return the columns of a mapping, whose rows have the same columns each."""
+    return lambda rows: tuple(Column(name, columns=columns) for name in rows)
+
+
+def json_objects(columns: ColumnChoice, value: Any) -> Any:
     """Return one row as a JSON object, a list or tuple of rows as a list of them, and None as None."""
     if value is None:
         return None
-    return records(columns, value) if isinstance(value, list | tuple) else record(columns, value)
+    # A named tuple is one row.
+    rows = isinstance(value, list | tuple) and not hasattr(value, "_fields")
+    return records(columns, value) if rows else record(columns, value)
 
 
 def _plain(value: Any) -> Any:
@@ -289,6 +301,8 @@ def _plain(value: Any) -> Any:
         return value.name.lower()
     if isinstance(value, datetime):
         return value.isoformat()
+    if isinstance(value, bytes):
+        return value.hex()
     if hasattr(value, "tolist"):
         return value.tolist()
     return list(value) if isinstance(value, tuple) else value

@@ -10,7 +10,7 @@ import pytest
 from tests.arduino_sequencer.store_model import without_markers
 from tests.fixtures.sequencer.board import Board
 from tests.fixtures.sequencer.cable import NEW, OLD, Cable, connect, rows
-from tfsat_host.devices.client import BoardError, BoardRefusal, NoAnswer, VerifyError
+from tfsat_host.devices.board_errors import BoardError, BoardRefusal, NoAnswer, VerifyError
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
 from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.protocol.enums import ErrorCode, SequencerState

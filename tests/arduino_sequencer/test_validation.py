@@ -13,7 +13,7 @@ from tests.arduino_sequencer.store_model import without_markers
 from tests.fixtures.sequencer.board import ERASED, JOINTS, STROKE_LINE, Board
 from tests.fixtures.sequencer.cable import OLD, client, connect, rows
 from tests.fixtures.sequencer.pulses import assert_servo_signal, pulses, release, width_ns
-from tfsat_host.devices.client import BoardError, BoardRefusal
+from tfsat_host.devices.board_errors import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, Origin
 from tfsat_host.protocol.framing import Frame

@@ -33,7 +33,7 @@ from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps
 from tfsat_host.cli.calibrate.jogged_joint import sweep
 from tfsat_host.cli.main import main
-from tfsat_host.devices.jogging import JogError, JogInterrupted
+from tfsat_host.devices.jog_path import JogError, JogInterrupted
 from tfsat_host.emulated.emulated_robot import BoardIndex, Reset
 from tfsat_host.emulated.imperfections import draw_as_built, ideal
 from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
@@ -140,9 +140,7 @@ def test_ctrl_c_lets_the_joint_go(monkeypatch: pytest.MonkeyPatch) -> None:
         with pytest.raises(JogInterrupted) as caught:
             here.measure_joint(1)
         assert 5 < here.robot.joint_angles_deg()[0] < 60
-        assert caught.value.details["last_angle_deg"] == pytest.approx(
-            here.robot.joint_angles_deg()[0], abs=3
-        )
+        assert caught.value.angle_cdeg == pytest.approx(100 * here.robot.joint_angles_deg()[0], abs=300)
         assert "Bring it to 0 deg by hand and type the same command again." in caught.value.next_step
         assert here.is_let_go(1)
 

@@ -13,12 +13,12 @@ from tests.cli.process import RunCli
 from tests.fixtures.sequencer.board import Board, PinHold, ResetCause
 from tests.fixtures.sequencer.cable import NEW, client, connect
 from tests.fixtures.sequencer.pulses import release
-from tfsat_host.devices.client import BoardRefusal
-from tfsat_host.present.boards_status import BoardsStatus
+from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.present.boards_status import BOARDS, BoardsStatus
 from tfsat_host.present.sequencer_state import SEQUENCER_DETAILS, SEQUENCER_FACTS, SequencerReport
 from tfsat_host.protocol.limits import JOG_CONFIRM
 from tfsat_host.protocol.messages import JogReply, JogRequest
-from tfsat_host.quantity import Quantity
+from tfsat_host.quantity import Quantity, record
 
 __all__ = ["board", "board_library", "fresh_board", "new_board"]
 
@@ -124,7 +124,7 @@ def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> 
     assert explained["number"] == 22
     assert "(refusal 18, fault_latched)" in blocked and "clears the fault" in blocked
     assert "tfsat-host status" not in str(status.json) + status.lines  # whoever reads it has typed that
-    assert "does not know when the robot was released" in explained["meaning"]
+    assert "The moment of the release is lost" in explained["meaning"]
     assert status.json["arm_refusal"]["code"] == "fault_latched"
     assert "restarted 1 time while armed; the last cause: watchdog" in restarted
 
@@ -182,7 +182,7 @@ def told_directly(board: Board) -> tuple[dict[str, Any], dict[str, str]]:
         cell = column.cell(report)
         assert not isinstance(cell, Quantity)
         rows[column.label] = cell
-    state: dict[str, Any] = status.as_json()["sequencer"]
+    state: dict[str, Any] = record(BOARDS, status)["sequencer"]
     return state, {
         **rows,
         "verdict": status.verdict[0],

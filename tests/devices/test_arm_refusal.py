@@ -14,7 +14,7 @@ from tests.fixtures.sequencer.board import Board, ResetCause
 from tests.fixtures.sequencer.cable import client, connect
 from tests.fixtures.sequencer.pulses import release
 from tfsat_host.devices.arm_refusal import arm_refusal, joints_off_start_pose
-from tfsat_host.devices.client import BoardError, BoardRefusal
+from tfsat_host.devices.board_errors import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame

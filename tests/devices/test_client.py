@@ -15,24 +15,16 @@ from hypothesis import strategies as st
 
 from tests.devices.scripted import Answer, ScriptedTransport, client, hello, live_sample, refusal, reply
 from tests.paths import REPOSITORY
-from tfsat_host.devices.client import (
-    ATTEMPT_TIMEOUT_S,
-    ATTEMPTS,
-    BUSY_TIMEOUT_S,
-    MAX_BACKLOG,
-    BoardError,
-    BoardRefusal,
-    Client,
-    NoAnswer,
-    WrongBoard,
-    board_error,
-)
+from tfsat_host.devices.board_errors import BoardError, BoardRefusal, NoAnswer, WrongBoard, board_error
+from tfsat_host.devices.board_identity import IDENTITY
+from tfsat_host.devices.client import ATTEMPT_TIMEOUT_S, ATTEMPTS, BUSY_TIMEOUT_S, MAX_BACKLOG, Client
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import FIRMWARE_VERSION
 from tfsat_host.protocol.record import Payload, ProtocolError
 from tfsat_host.protocol.remedies import REMEDIES
+from tfsat_host.quantity import record
 
 SAFE = msg.DisarmReply(SequencerState.SAFE)
 DONE = msg.DisarmReply(SequencerState.DONE)
@@ -297,7 +289,7 @@ def test_samples_nobody_takes_are_bounded_and_the_newest_stay() -> None:
 def test_hello_says_who_answers() -> None:
     link, _ = client(lambda frame: [reply(frame, hello())])
     identity = link.hello(Board.SEQUENCER)
-    assert identity.as_dict() == {
+    assert record(IDENTITY, identity) == {
         "board": "sequencer",
         "serial": "00000102030405ff",
         "firmware": "1.2.3",

@@ -9,7 +9,7 @@ import pytest
 
 from tests.devices.scripted import Answer, ScriptedTransport, hello, live_sample, refusal, reply
 from tests.devices.scripted import client as scripted_client
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.board_errors import BoardError
 from tfsat_host.devices.logger import POLL_S, START_TIMEOUT_S, STOP_TIMEOUT_S, CardError, LoggerClient
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol import messages as msg

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tests.devices.scripted import Answer, ScriptedTransport, hello, reply
-from tfsat_host.devices.client import NoAnswer, VerifyError, WrongBoard
+from tfsat_host.devices.board_errors import NoAnswer, VerifyError, WrongBoard
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import STORE_TIMEOUT_S, SequencerClient, maneuver_crc
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

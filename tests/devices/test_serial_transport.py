@@ -13,7 +13,8 @@ import pytest
 import serial
 
 from tests.devices.scripted import hello, reply
-from tfsat_host.devices.client import ATTEMPTS, Client, NoAnswer
+from tfsat_host.devices.board_errors import NoAnswer
+from tfsat_host.devices.client import ATTEMPTS, Client
 from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.protocol.enums import Board

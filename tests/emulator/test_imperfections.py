@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.emulator.performance import perform
 from tfsat_host.calibration.steps.step import sweeps, turn
-from tfsat_host.devices.jogging import Jog, JogClient
+from tfsat_host.devices.jog_path import Jog
+from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.emulated_transport import EmulatedTransport

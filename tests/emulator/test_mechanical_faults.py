@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tests.emulator.fault_bench import SEED, do_nothing, fly
 from tests.fixtures.emulated_drop import Act, read_card, releaser
-from tfsat_host.devices.client import BoardRefusal
+from tfsat_host.devices.board_errors import BoardRefusal
 from tfsat_host.emulated.emulated_robot import EmulatedRobot, Reset
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.emulator.performance import Performance, perform
 from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps, swings, turn, zero
-from tfsat_host.devices.jogging import Jog, JogClient
+from tfsat_host.devices.jog_path import Jog
+from tfsat_host.devices.jogging import JogClient
 from tfsat_host.emulated.emulated_operator import EmulatedOperator
 from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
 from tfsat_host.emulated.emulated_transport import EmulatedTransport

@@ -9,7 +9,7 @@ import pytest
 from tests.devices.scripted import ScriptedTransport, hello, reply
 from tfsat_host.devices.serial_ports import PortError, PortInfo, open_error
 from tfsat_host.devices.transport import Transport
-from tfsat_host.flashing.flasher import BOOTLOADER_TIMEOUT_S, SequencerFlasher, wake
+from tfsat_host.flashing.board_flashers import BOOTLOADER_TIMEOUT_S, SequencerFlasher, wake
 from tfsat_host.flashing.loader import Computer, FlashError
 from tfsat_host.protocol.enums import Board
 
@@ -105,8 +105,8 @@ def test_the_sketch_may_come_back_under_another_name() -> None:
     story = {0.0: {"/dev/ttyACM0": BOOTLOADER, **others}, 2.0: {"/dev/ttyACM1": SKETCH, **others}}
     boards = {"/dev/ttyACM1": Board.SEQUENCER, "/dev/ttyACM5": Board.SEQUENCER}
     # ttyACM5 was there while the board was in its bootloader: it is another sequencer.
-    port, identity = SequencerFlasher(FakeComputer(story, boards)).ask_again("/dev/ttyACM0", {"/dev/ttyACM5"})
-    assert (port, identity.image_crc) == ("/dev/ttyACM1", "00c0ffee")
+    device = SequencerFlasher(FakeComputer(story, boards)).ask_again("/dev/ttyACM0", {"/dev/ttyACM5"})
+    assert (device.port, device.identity.image_crc) == ("/dev/ttyACM1", "00c0ffee")
 
 
 def test_a_link_that_is_not_listed_is_tried_all_the_same() -> None:
@@ -114,14 +114,14 @@ def test_a_link_that_is_not_listed_is_tried_all_the_same() -> None:
     computer = FakeComputer(
         {0: {"boot": BOOTLOADER}, 2: {"by-id/micro": TEENSY}}, {"by-id/micro": Board.SEQUENCER}
     )
-    assert SequencerFlasher(computer).ask_again("by-id/micro", set())[0] == "by-id/micro"
+    assert SequencerFlasher(computer).ask_again("by-id/micro", set()).port == "by-id/micro"
 
 
 def test_the_logger_at_the_old_name_is_not_taken_for_the_board() -> None:
     # Windows gives freed names away: COM5 now answers as the logger.
     story = {0.0: {"COM5": TEENSY}, 3.0: {"COM5": TEENSY, "COM8": SKETCH}}
     computer = FakeComputer(story, {"COM5": Board.LOGGER, "COM8": Board.SEQUENCER})
-    assert SequencerFlasher(computer).ask_again("COM5", set())[0] == "COM8"
+    assert SequencerFlasher(computer).ask_again("COM5", set()).port == "COM8"
 
 
 @pytest.mark.parametrize(

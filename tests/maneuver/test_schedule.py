@@ -15,14 +15,16 @@ from tfsat_host.maneuver import (
     four_stroke,
     schedule_maneuver,
 )
+from tfsat_host.maneuver.schedule import STROKES
 from tfsat_host.protocol.limits import FALL_US, JOINT_ANGLE_MAX_CDEG, PAUSE_MIN_US, SCHEDULE_GRID_US
+from tfsat_host.quantity import records
 from tfsat_host.units import us_from_s
 
 
 def test_the_drop_experiment() -> None:
     schedule = schedule_maneuver(four_stroke(59, 70))
     # The paper's experiment: 59 / 170 = 0.347 s, up to the next 10 ms: 1.05 s; and so on.
-    assert schedule.as_rows() == [
+    assert records(STROKES, schedule.strokes) == [
         {"t_s": 0.7, "joint": 1, "angle_deg": 59.0},
         {"t_s": 1.05, "joint": 2, "angle_deg": 70.0},
         {"t_s": 1.47, "joint": 1, "angle_deg": -59.0},

@@ -71,7 +71,7 @@ def test_samples_that_come_unevenly(ready: ReadyRobot, monkeypatch: pytest.Monke
 def test_a_host_of_another_release(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     ready.set_clock = None
     # A hash of the same length as the protocol's.
-    monkeypatch.setattr("tfsat_host.devices.client.PROTOCOL_HASH", b"another!")
+    monkeypatch.setattr("tfsat_host.devices.board_identity.PROTOCOL_HASH", b"another!")
     result = ready.preflight(expect=4)
     assert found_wrong(result) == {"protocol"}
     assert {"maneuver", "switches", "card", "sampling"} <= not_made(result)

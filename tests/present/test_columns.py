@@ -93,7 +93,7 @@ def test_json_has_rows_in_rows() -> None:
 
 
 def test_page_shows_what_has_a_label() -> None:
-    table = page.table(TABLE)
+    table = record(page.table_columns, TABLE)
     assert table["columns"] == ["joint", "flown (deg)", "dead time (ms)", "moved", "words", "file"]
     assert table["rows"][0] == ["2", "−30.000 ± 0.012", "2.1", "yes", "of 2", "a-b"]
     # Not a number.
@@ -105,12 +105,12 @@ def test_a_row_of_json_is_shown_as_the_object_was() -> None:
     stroke = Stroke()
     columns = tuple(column for column in COLUMNS if column.key)
     assert (
-        page.table(Table("", columns, [stroke]))["rows"]
-        == page.table(Table("", columns, [record(columns, stroke)]))["rows"]
+        record(page.table_columns, Table("", columns, [stroke]))["rows"]
+        == record(page.table_columns, Table("", columns, [record(columns, stroke)]))["rows"]
     )
     # JSON writes null for what is not a number.
     nothing = {**record(columns, stroke), "size_deg": None}
-    assert page.table(Table("", columns, [nothing]))["rows"][0][1] == "–"
+    assert record(page.table_columns, Table("", columns, [nothing]))["rows"][0][1] == "–"
 
 
 def test_a_share_is_shown_in_percent_from_an_object_and_from_json() -> None:
@@ -149,9 +149,9 @@ def test_terminal_shows_the_same() -> None:
     words = " ".join(stream.getvalue().split())
     assert "flown / deg" in words and "2 -30.000 ± 0.012 2.1 yes of 2 a-b" in words
     # A hyphen in a name stays, a sign becomes a minus.
-    assert page.table(Table("", (Column("v", "v", words=lambda _: "RAM-1 -2.0 (-3)"),), [0]))["rows"] == [
-        ["RAM-1 −2.0 (−3)"]
-    ]
+    assert record(page.table_columns, Table("", (Column("v", "v", words=lambda _: "RAM-1 -2.0 (-3)"),), [0]))[
+        "rows"
+    ] == [["RAM-1 −2.0 (−3)"]]
     assert words.endswith("1 folded A caption.") and words.count("a-b") == 1
 
 
@@ -167,7 +167,7 @@ def test_key_numbers_of_a_group_share_a_line() -> None:
         "Turn: 1.00 ± 0.10 deg, of body 1",
         "Rates: x -2.00 ± 0.10 deg/s, y unknown deg/s",
     ]
-    key_numbers = [page.key_number(quantity) for quantity in quantities]
+    key_numbers = records(page.key_number_columns, quantities)
     assert (key_numbers[0]["value"], key_numbers[0]["std"]) == (1.0, 0.1) and "row" not in key_numbers[0]
     assert key_numbers[2]["value"] is None and key_numbers[2]["row"] == "Rates"
 

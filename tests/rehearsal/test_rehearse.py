@@ -20,9 +20,12 @@ from tests.run.bundle.commands import result
 from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.quick_look import disagreements, quick_look, reached_deg
+from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.quantity import record
 from tfsat_host.rehearsal.rehearsal import Rehearsal
+from tfsat_host.rehearsal.result import REHEARSAL
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import load
 
@@ -194,7 +197,7 @@ def test_it_can_be_called_from_python(shared_rehearsal: Rehearsing, tmp_path: Pa
     command = shared_rehearsal("59", "70")
     assert rehearsal.exit_code == 0 and rehearsal.evaluated is not None and rehearsal.judged.good
     assert (rehearsal.folder / "SD.bin").read_bytes() == (command.folder / "SD.bin").read_bytes()
-    assert rehearsal.as_dict()["compared"] == command.result["compared"]
+    assert jsonable(record(REHEARSAL, rehearsal))["compared"] == command.result["compared"]
 
 
 def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -> None:

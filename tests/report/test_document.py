@@ -120,10 +120,11 @@ def test_failed_checks_stand_first_with_their_cause() -> None:
 def test_a_failed_check_corrects_nothing_whatever_it_protects() -> None:
     evaluation = evaluate_run()
     bad = Kind("the earth is flat", "sigma", ()).judge(3.0, 1.0, "It is not.")
-    caption = table(
-        drop_of(replace(evaluation, checks=(*evaluation.checks, bad))), "Correction of the model"
-    )["caption"]
+    drop = drop_of(replace(evaluation, checks=(*evaluation.checks, bad)))
+    caption = table(drop, "Correction of the model")["caption"]
     assert "leave the robot file unchanged" in caption and "Failed check: “the earth is flat”." in caption
+    # A reader of the page has no command line that knows the recording.
+    assert f"Look at the samples: tfsat-host decode {evaluation.log.path}" in drop["verdict"]["reasons"][0]
 
 
 def test_passed_checks_are_folded(drop: Any) -> None:

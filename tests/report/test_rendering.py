@@ -19,8 +19,9 @@ from hypothesis import strategies as st
 from tests.paths import REPOSITORY
 from tests.report.reported_drop import evaluate_run
 from tests.report.sample_document import sample_document
+from tfsat_host.quantity import record
 from tfsat_host.report import page, render
-from tfsat_host.report.contents.chart import plot_of
+from tfsat_host.report.contents.chart import PLOT
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.document_rounding import poses_to_keep, round_line
 from tfsat_host.report.page import embeddable
@@ -135,7 +136,7 @@ def test_the_scripts_set_text_as_text_only() -> None:
 
 def test_rounding_is_finer_than_a_plot_can_show() -> None:
     for chart in charts_of(evaluate_run()).values():
-        for exact, series in zip(chart.lines, plot_of(chart)["series"], strict=True):
+        for exact, series in zip(chart.lines, record(PLOT, chart)["series"], strict=True):
             values = np.array(series["values"], dtype=np.float64)
             finite = np.isfinite(exact.values)
             span = np.ptp(exact.values[finite]) or np.abs(exact.values[finite]).max()

@@ -13,10 +13,13 @@ from tests.evaluation.run_folder import CERTIFICATE, run_folder
 from tests.run.bundle.commands import command, keep_evaluations
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.evaluation.verdict import VERDICT
+from tfsat_host.quantity import json_objects, record
 from tfsat_host.run import EvaluationOptions, Run
 from tfsat_host.run.bundle.reproducing import reproduce
 from tfsat_host.run.campaign import adding, campaign_folder
 from tfsat_host.run.campaign import campaign_report as reporting
+from tfsat_host.run.certificate_check import CERTIFICATE_STATE
 from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several
 
 
@@ -57,8 +60,8 @@ def test_a_run_gives_what_the_command_gives(run: Path, capsys: pytest.CaptureFix
     # The library notes the landing as the command does: a certificate ends with it.
     assert read_calibration(run / CERTIFICATE).landings
     result = command("evaluate", run, "--swarm").result
-    assert result["verdict"] == json.loads(json.dumps(evaluation.verdict.as_dict()))
-    assert result["calibration"] == evaluation.calibration_facts
+    assert result["verdict"] == json.loads(json.dumps(record(VERDICT, evaluation.verdict)))
+    assert result["calibration"] == json_objects(CERTIFICATE_STATE, evaluation.held and evaluation.held.state)
     assert result["swarm"]["particles"] == 48
 
 

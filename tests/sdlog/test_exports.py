@@ -16,10 +16,11 @@ from pyarrow import csv as arrow_csv
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, long_recording
 from tests.sdlog.test_values import by_name, write
 from tfsat_host.errors import TfsatError
+from tfsat_host.quantity import record
 from tfsat_host.sdlog import DropLog, export_arrays, load
 from tfsat_host.sdlog.export_arrays import write_mat, write_npz
 from tfsat_host.sdlog.export_tables import write_csv, write_events_csv
-from tfsat_host.sdlog.log_summary import metadata
+from tfsat_host.sdlog.log_summary import METADATA
 
 
 @pytest.fixture
@@ -137,7 +138,7 @@ def test_mat_is_a_struct_as_matlab_has_them(log: DropLog, tmp_path: Path) -> Non
     assert drop.info.header.gyro_lsb_per_deg_s == 65.5
     assert drop.info.release_us == log.release_us
     # The same numbers once more, as text that a script can read.
-    assert json.loads(drop.info.metadata_json) == metadata(log)
+    assert json.loads(drop.info.metadata_json) == record(METADATA, log)
     raw = scipy.io.loadmat(tmp_path / "SD.mat")["drop"]
     # Time down the rows, as MATLAB's functions expect it.
     assert raw["t_s"][0, 0].shape == (len(log), 1)

@@ -22,10 +22,11 @@ from tests.sdlog.encoder import drop_with_release
 from tests.sdlog.motion import RATE_COUNTS, moving_log
 from tests.sdlog.test_values import write
 from tfsat_host.evaluation.body_frames import body_frames
+from tfsat_host.quantity import record
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.export_mcap import METADATA_NAME, QUICK_LOOK, BodyFrames, write_mcap
-from tfsat_host.sdlog.log_summary import metadata
+from tfsat_host.sdlog.log_summary import METADATA
 
 NO_FRAMES = BodyFrames((), (), ())
 SENSORS = [f"/joint_{joint}/sensor_{sensor}" for joint in (1, 2, 3) for sensor in (1, 2)]
@@ -208,9 +209,9 @@ def add_with_dependencies(
 def test_metadata_says_what_the_recording_is(log: DropLog, tmp_path: Path) -> None:
     write_topics(log, tmp_path / "SD.mcap")
     with (tmp_path / "SD.mcap").open("rb") as file:
-        records = {record.name: record.metadata for record in make_reader(file).iter_metadata()}
+        records = {entry.name: entry.metadata for entry in make_reader(file).iter_metadata()}
     facts = records[METADATA_NAME]
-    for name, value in metadata(log).items():
+    for name, value in record(METADATA, log).items():
         # Strings stand as they are, everything else as JSON.
         assert (facts[name] if isinstance(value, str) else json.loads(facts[name])) == value
     assert (facts["clock"], facts["unix_offset_us"]) == ("since power-up", "null")

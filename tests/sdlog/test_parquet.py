@@ -12,13 +12,14 @@ from pyarrow import parquet
 from tests.cli.process import RunCli
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, recording
 from tests.sdlog.test_values import by_name, write
+from tfsat_host.quantity import record
 from tfsat_host.run.exports import FORMATS, write_decoded
 from tfsat_host.sdlog import DropLog, export_tables, load
 from tfsat_host.sdlog import log_errors as extras
 from tfsat_host.sdlog.droplog import flag_columns
 from tfsat_host.sdlog.export_tables import METADATA_KEY, write_events_parquet, write_parquet
 from tfsat_host.sdlog.log_errors import MissingExtraError
-from tfsat_host.sdlog.log_summary import metadata
+from tfsat_host.sdlog.log_summary import METADATA
 
 
 @pytest.fixture
@@ -42,7 +43,7 @@ def test_units_and_the_recording_s_metadata_travel_with_it(log: DropLog, tmp_pat
     schema = parquet.read_schema(tmp_path / "SD.parquet")
     facts = json.loads(schema.metadata[METADATA_KEY])
     units = facts["units"]
-    assert {name: facts[name] for name in metadata(log)} == metadata(log)
+    assert {name: facts[name] for name in record(METADATA, log)} == record(METADATA, log)
     assert units["imu1_rate_x_deg_s"] == "deg/s"
     assert units["imu4_specific_force_z_m_s2"] == "m/s^2"
     assert units["imu2_temperature_c"] == "degC"

@@ -14,7 +14,7 @@ from tests.fixtures.sequencer.board import JOINTS, Board
 from tests.fixtures.sequencer.cable import OLD, client, connect
 from tests.fixtures.sequencer.pulses import pulses
 from tests.servo_settings.values import all_settings, valid_settings
-from tfsat_host.devices.client import BoardError, BoardRefusal
+from tfsat_host.devices.board_errors import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.messages import ServoSetting, SettingsWriteReply, SettingsWriteRequest

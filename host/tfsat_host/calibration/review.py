@@ -28,7 +28,7 @@ from tfsat_host.calibration.findings import VALUES, certificate_values
 from tfsat_host.calibration.steps.evidence import sha256
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import PROTOCOL_HASH
-from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, record, vector
+from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, columns_of, fields, number, vector
 from tfsat_host.robot import RobotModel
 
 _AGES = ((timedelta(hours=2), timedelta(minutes=1), "min"), (timedelta(days=2), timedelta(hours=1), "h"))
@@ -50,9 +50,13 @@ class ReviewedQuantity:
     age: timedelta | None
 
     @property
-    def shown(self) -> dict[str, Any]:
-        """Value, standard deviation, unit and whatever else the quantity has, by key in JSON."""
-        return record(_NO_VALUE if self.value is None else VALUES[self.quantity.kind], self.value)
+    def columns(self) -> Columns:
+        """Of value, standard deviation, unit and whatever else the quantity has."""
+        return columns_of("value", _NO_VALUE if self.value is None else VALUES[self.quantity.kind])
+
+    def take(self, key: str) -> Any:
+        """Return what the column of this key has: `value`, `std` or `unit`."""
+        return next(column.value(self) for column in self.columns if column.key == key)
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,11 +164,6 @@ def age_words(age: timedelta) -> str:
     return next(older, f"{age.days} days ago")
 
 
-def _quantity_objects(result: Review) -> list[dict[str, Any]]:
-    """Return the quantities for JSON: each kind has keys of its own next to value, std and unit."""
-    return [{**record(_NAME, row), **row.shown, **record(_TIMES, row)} for row in result.quantities]
-
-
 _NAME: Columns = fields("quantity=quantity.name state=quantity.state")
 _TIMES: Columns = (
     *fields("taken=quantity.measured_at"),
@@ -181,7 +180,7 @@ REVIEW: Columns = (
     *fields("written=calibration.written tool_version=calibration.tool_version"),
     *fields("protocol_hash=calibration.protocol_hash same_protocol"),
     Column("ready", of=lambda result: not result.defects),
-    Column("quantities", of=_quantity_objects),
+    Column("quantities", columns=lambda row: (*_NAME, *row.columns, *_TIMES)),
     *fields("drawn=calibration.simulated_quantities"),
     Column("commands", of=lambda result: [Advice(command) for command in commands_of(result.shortcomings)]),
     Column("recordings", columns=_RECORDING),
@@ -233,10 +232,10 @@ Rows = list[ReviewedQuantity]
 
 def _std_words(rows: Rows) -> str:
     """Format the largest standard deviation."""
-    shown = [row.shown for row in rows if row.value is not None]
-    if not shown:
+    measured = [row for row in rows if row.value is not None]
+    if not measured:
         return UNKNOWN
-    largest, unit = max(float(np.max(values["std"])) for values in shown), shown[0]["unit"]
+    largest, unit = max(float(np.max(row.take("std"))) for row in measured), measured[0].take("unit")
     return f"{number(largest, '.2g')} {'' if unit == '1' else unit}".rstrip()
 
 
@@ -272,8 +271,8 @@ def _value_words(row: ReviewedQuantity) -> str:
     """Format value, standard deviation and unit; of several the largest deviation."""
     if row.value is None:
         return UNKNOWN
-    values, stds = (np.atleast_1d(row.shown[key]).tolist() for key in ("value", "std"))
-    unit = row.shown["unit"]
+    values, stds = (np.atleast_1d(row.take(key)).tolist() for key in ("value", "std"))
+    unit = row.take("unit")
     return f"{vector(values, stds)} {'' if unit == '1' else unit}".rstrip()
 
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import dataclass
 
 from tfsat_host.cli.boards import open_any_sequencer, open_sequencer, refuse_emulated
 from tfsat_host.cli.usage import add_options, device, joint_angle_cdeg
+from tfsat_host.devices.board_identity import DEVICE, Device
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
-from tfsat_host.present.stored_settings import maneuver_as_dict
-from tfsat_host.quantity import json_objects
+from tfsat_host.present.stored_settings import MANEUVER
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.run.robot_arming import arm
 
 _DISARMED = "Disarmed: the servos get no pulses and the release starts nothing."
@@ -21,6 +24,19 @@ _EMULATED_DISARMED = (
 _LAST_RESORT = "The robot may still move: stand clear and cut the sequencer's power."
 
 
+@dataclass(frozen=True, slots=True)
+class Disarmed:
+    """A sequencer that starts nothing any more."""
+
+    state: SequencerState
+    device: Device
+    emulated: bool
+
+
+_DISARM: Columns = (
+    *fields("state same_protocol=device.identity.speaks_this_protocol emulated"),
+    Column("device", columns=DEVICE),
+)
 _USAGE = f"""
 --unrecorded        arm even if the logger's recording does not reach its card
 --joints A1 A2 A3   measured angles of joints 1 to 3, deg: a joint off its start pose refuses the arming
@@ -59,15 +75,15 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
             unrecorded=args.unrecorded,
             certificate=args.calibration,
         )
+        columns: Columns = (
+            Column("state", of=lambda _: "armed"),
+            *fields("recording at_start_pose"),
+            Column("calibration", columns=CERTIFICATE_STATE),
+            Column("maneuver", columns=MANEUVER),
+            Column("device", columns=DEVICE),
+        )
         out.result(
-            {
-                "state": "armed",
-                "recording": armed.recording,
-                "calibration": json_objects(CERTIFICATE_STATE, armed.calibration),
-                "at_start_pose": armed.at_start_pose,
-                "maneuver": maneuver_as_dict(armed.maneuver),
-                "device": sequencer.device(),
-            },
+            record(columns, armed),
             "Armed: when both switches open, the maneuver runs. Pulling the cable does not disarm.",
         )
     return 0
@@ -83,12 +99,7 @@ def _disarm(args: argparse.Namespace, out: Output) -> int:
                 "the same in all, so it was sent; every other command will refuse and say which side to update."
             )
         out.result(
-            {
-                "state": state.name.lower(),
-                "same_protocol": identity.speaks_this_protocol,
-                "emulated": args.emulated,
-                "device": sequencer.device(),
-            },
+            record(_DISARM, Disarmed(state, sequencer.device(), args.emulated)),
             _EMULATED_DISARMED if args.emulated else _DISARMED,
         )
     return 0

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from tfsat_host.cli.usage import OUTPUT
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.board_errors import BoardError
 from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import DropInDanger, LoggerClient, drop_in_danger
 from tfsat_host.devices.sequencer import SequencerClient

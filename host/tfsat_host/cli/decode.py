@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.exit_code import ExitCode
-from tfsat_host.notices import recordings_lines
 from tfsat_host.output_files import UnwritableError
 from tfsat_host.present.output import Output
+from tfsat_host.quantity import Column, Columns, columns_of, fields, record
 from tfsat_host.run.exports import FORMATS, Written, held_calibration, write_decoded
 
 if TYPE_CHECKING:
+    from tfsat_host.run.certificate_check import CertificateState
     from tfsat_host.sdlog import DropLog
 
 
@@ -22,12 +25,30 @@ class NotWrittenError(TfsatError):
     """The recording was decoded and its files could not be written (exit code 1).
 
     Attributes:
-        details: For `--json`: the decoded facts, which a full disk need not cost.
+        decoded: What was decoded, which a full disk need not cost.
     """
 
-    def __init__(self, error: TfsatError, facts: dict[str, Any]) -> None:
+    def __init__(self, error: TfsatError, decoded: DecodedRecording, columns: Columns) -> None:
         super().__init__(what=error.what, meaning=error.meaning, next_step=error.next_step)
-        self.details = {"decoded": facts}
+        self.decoded = decoded
+        self.columns = (Column("decoded", columns=columns),)
+
+
+@dataclass(frozen=True, eq=False)
+class DecodedRecording:
+    """A recording, decoded.
+
+    Attributes:
+        log: The recording.
+        calibration: State of the certificate that applies; None: there is none.
+        quiet_s: For how long the gyros rested before the release; None: they did not.
+        files: What was written, by name.
+    """
+
+    log: DropLog
+    calibration: CertificateState | None
+    quiet_s: float | None
+    files: Mapping[str, Path] = field(default_factory=dict)
 
 
 _USAGE = f"""
@@ -53,30 +74,39 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Decodes, writes the files, shows the summary."""
     from tfsat_host.present.recording_text import show_recording
+    from tfsat_host.run.certificate_check import CERTIFICATE_STATE
     from tfsat_host.sdlog.load import load
-    from tfsat_host.sdlog.log_summary import summary
+    from tfsat_host.sdlog.log_summary import SUMMARY, recordings_lines, warnings
 
     _require_one_format(args)
     with out.progress(f"Reading {args.file}", total=1.0) as advance:
         log = load(args.file, session=args.session, progress=advance)
-    facts = summary(log)
-    for line in recordings_lines(facts, args.file):
+    for line in recordings_lines(log, args.file):
         out.note(line)
-    out.warn_each(facts["warnings"])
-    facts |= held_calibration(log, args.calibration, out)
+    doubts = warnings(log)
+    out.warn_each(doubts)
+    decoded = DecodedRecording(log, *held_calibration(log, args.calibration, out))
+    columns: Columns = (
+        *columns_of("log", SUMMARY),
+        Column("calibration", columns=CERTIFICATE_STATE),
+        *fields("quiet_s"),
+    )
     try:
         written = _write(log, args, out)
     except TfsatError as error:
         show_recording(log, (), out)
-        raise NotWrittenError(error, facts) from None
+        raise NotWrittenError(error, decoded, columns) from None
     for path in written.of_other_recordings:
         out.warn(
             f"{path} holds another recording than {args.file}, under the same name: move or delete it, or decode "
             "into another folder with --out."
         )
-    facts["files"] = {name: str(path) for name, path in written.files.items()}
-    out.result(facts, lambda: show_recording(log, facts["files"].values(), out))
-    return ExitCode.DATA_LOSS if facts["warnings"] else 0
+    decoded = replace(decoded, files=written.files)
+    out.result(
+        record((*columns, *fields("files")), decoded),
+        lambda: show_recording(log, written.files.values(), out),
+    )
+    return ExitCode.DATA_LOSS if doubts else 0
 
 
 def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:

@@ -205,10 +205,5 @@ _LEARNING: Columns = (
     Column("names", of=lambda result: list(result.search.names)),
     Column("maneuvers", of="choices", columns=_CHOICE),
     Column("compared", "Maneuvers compared", of=lambda result: len(result.search.lessons)),
-    Column(
-        "files",
-        "Written",
-        of=lambda result: [str(path) for path in result.files],
-        words=lambda result: ", ".join(map(str, result.files)),
-    ),
+    Column("files", "Written", of=lambda result: list(result.files)),
 )

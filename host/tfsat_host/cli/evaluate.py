@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.next_steps import advise_on_drop
@@ -16,7 +16,8 @@ from tfsat_host.next_step import NextStep
 from tfsat_host.output_files import check_may_write, write_text
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import bullets, printable, show_rows
-from tfsat_host.run.files import CORRECTED_MARKER, EVALUATION_MARKER, MADE_BY_EVALUATE
+from tfsat_host.quantity import Column, record
+from tfsat_host.run.files import CORRECTED_MARKER, EVALUATION_MARKER
 
 if TYPE_CHECKING:
     from tfsat_host.run.drop_comparison import Comparison, Tried
@@ -45,7 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Evaluates each drop; several are compared."""
-    from tfsat_host.run.drop_evaluation import evaluate_run, robot_of
+    from tfsat_host.run.drop_evaluation import EVALUATED_RUN, MADE_BY, evaluate_run, robot_of
 
     options, robot_file = options_of(args), args.corrected_robot
     options.check(args.runs)
@@ -64,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if len(args.runs) > 1:
         return _run_several(args, out)
     evaluated_run = evaluate_run(args.runs[0], options, robot_of(options.robot, args.runs), out)
-    result = jsonable({**MADE_BY_EVALUATE, **evaluated_run.as_dict()}, out.complete)
+    result = jsonable(record((*MADE_BY, *EVALUATED_RUN), evaluated_run), out.complete)
     out.result(result, lambda: _show(evaluated_run, args, out))
     _write(args, result, out)
     if robot_file is not None:
@@ -77,17 +78,23 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _run_several(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several
+    from tfsat_host.evaluation.result.comparison_result import COMPARISON
+    from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several, tried_columns
+    from tfsat_host.run.drop_evaluation import MADE_BY
 
     tried = evaluate_several(args.runs, options_of(args), out)
     evaluated_runs = [attempt for attempt in tried if not isinstance(attempt, Refused)]
     compared = Comparison.of(evaluated_runs)
-    comparison = None if compared is None else compared.as_dict()
     drops = []
     for attempt in tried:
         advise_on_drop(attempt.place, args, out)
-        drops.append(jsonable(attempt.as_dict(), out.complete))
-    result = {**MADE_BY_EVALUATE, "drops": drops, "comparison": comparison}
+        drops.append(jsonable(record(tried_columns(attempt), attempt), out.complete))
+    columns = (
+        *MADE_BY,
+        Column("drops", of=lambda _: drops),
+        Column("comparison", of=lambda compared: compared, columns=COMPARISON),
+    )
+    result = record(columns, compared)
     out.result(result, lambda: _show_several(tried, compared, args, out))
     _write(args, result, out)
     if len(evaluated_runs) < len(tried):
@@ -138,7 +145,7 @@ def _show_several(
         show_comparison(compared.tables(names), compared.remarks, out)
 
 
-def _write(args: argparse.Namespace, result: dict[str, Any], out: Output) -> None:
+def _write(args: argparse.Namespace, result: Mapping[str, Any], out: Output) -> None:
     if args.out is not None:
         write_text(args.out, EVALUATION_MARKER, format_json(result), force=args.force)
         out.note(f"Written: {printable(args.out)}")

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.usage import add_actions, add_options, device
+from tfsat_host.devices.board_identity import DEVICE
 from tfsat_host.errors import RefusedError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import Narration
+from tfsat_host.quantity import Column, Columns, fields, record
+
+if TYPE_CHECKING:
+    from tfsat_host.flashing.flasher import FlashedBoard, Target
+    from tfsat_host.flashing.image import Image
 
 _BOARDS = """
 sequencer  flash the Arduino Micro through its bootloader with avrdude, and ask it what it runs afterwards
@@ -28,6 +36,31 @@ _HOW = """\
 _NOT_FLASHED = "Nothing was flashed."
 
 
+@dataclass(frozen=True, slots=True)
+class Flashing:
+    """An image for a board: what was there, the loader's command line, and the board since; None: a dry run."""
+
+    image: Image
+    target: Target
+    command: list[str]
+    flashed: FlashedBoard | None = None
+
+
+_PLANNED: Columns = (
+    *fields("hex=image.path image_crc=image.crc"),
+    Column("image_bytes", of=lambda flashing: len(flashing.image.data)),
+    Column("before", of="target.device", columns=DEVICE),
+    Column("dry_run", of=lambda flashing: flashing.flashed is None),
+    Column("flashed", of=lambda flashing: flashing.flashed is not None),
+    *fields("command"),
+)
+_FLASHED_LOGGER: Columns = (*_PLANNED, Column("device", of="flashed.device", columns=DEVICE))
+_FLASHED = {
+    "sequencer": (*_FLASHED_LOGGER, *fields("bootloader_port=flashed.bootloader_port")),
+    "logger": _FLASHED_LOGGER,
+}
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add one subcommand for each board."""
     boards = add_actions(parser, _BOARDS, after=_HOW, title="boards", dest="board")
@@ -37,7 +70,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks image, program and board, then writes."""
-    from tfsat_host.flashing.flasher import BOOTLOADER, FLASHERS
+    from tfsat_host.flashing.board_flashers import FLASHERS
+    from tfsat_host.flashing.flasher import BOOTLOADER
     from tfsat_host.flashing.loader import MARKS, Computer
 
     if args.emulated:
@@ -51,25 +85,22 @@ def run(args: argparse.Namespace, out: Output) -> int:
     loader = flasher.find_loader()
     target = flasher.look(flasher.find_port(args.port, force=args.force))
     flasher.refuse_needless(target, image, force=args.force)
-    before = None if target.identity is None else {"port": target.port, **target.identity.as_dict()}
-    about = {"hex": image.path, "image_crc": image.crc, "image_bytes": len(image.data), "before": before}
     if args.dry_run:
-        port = target.port if target.waits else BOOTLOADER
-        result = {"dry_run": True, "flashed": False, "command": flasher.command(loader, image, str(port))}
-        out.result({**about, **result}, "\n".join(flasher.plan(loader, image, target)))
+        command = flasher.command(loader, image, str(target.port) if target.waits else BOOTLOADER)
+        planned = Flashing(image, target, command)
+        out.result(record(_PLANNED, planned), "\n".join(flasher.plan(loader, image, target)))
         return 0
     if question := flasher.question(target):
         out.confirm(question, meaning=_NOT_FLASHED)
         flasher.make_safe(target)
     with Narration(out, "avrdude", MARKS) as narrator:
         flashed = flasher.write(loader, image, target, narrator)
-    identity = flashed.identity
-    device = {"port": flashed.port, **identity.as_dict()}
-    result = {**about, "dry_run": False, "flashed": True, "command": flashed.command, **flashed.details}
+    identity = flashed.device.identity
+    result = Flashing(image, target, flashed.command, flashed)
     out.result(
-        {**result, "device": device},
+        record(_FLASHED[args.board], result),
         Advice(
-            f"Flashed: the board at {flashed.port} runs image {image.crc} ({identity.describe()}).\n",
+            f"Flashed: the board at {flashed.device.port} runs image {image.crc} ({identity.describe()}).\n",
             _afterwards(args.board, image.crc),
         ),
     )

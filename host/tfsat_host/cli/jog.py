@@ -5,13 +5,17 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from tfsat_host.cli.boards import open_jog_client
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.cli.usage import JOINT, add_options, device, joint_angle_cdeg, number
-from tfsat_host.devices.jogging import Jog, JogClient, JogInterrupted, from_here
+from tfsat_host.devices.board_identity import DEVICE, Device
+from tfsat_host.devices.jog_path import Jog, JogInterrupted, from_here
+from tfsat_host.devices.jogging import JogClient
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
+from tfsat_host.quantity import Column, Columns, fields, record
 
 MAX_HOLD_S = 3600.0
 """Beyond it `--hold` is a slip of the fingers."""
@@ -19,6 +23,23 @@ LINE_CDEG = 1000
 """Where there is no terminal, progress is a line each 10 deg."""
 
 
+@dataclass(frozen=True, slots=True)
+class JoggedJoint:
+    """A joint that was moved, held so long, and let go; the board that did it."""
+
+    jog: Jog
+    held_s: float
+    device: Device
+
+
+_JOGGED: Columns = (
+    *fields("joint=jog.joint"),
+    Column("from_deg", of=lambda jogged: jogged.jog.from_cdeg / 100),
+    Column("to_deg", of=lambda jogged: jogged.jog.to_cdeg / 100),
+    *fields("held_s"),
+    Column("state", of=lambda _: "safe"),
+    Column("device", columns=DEVICE),
+)
 _USAGE = f"""
 * --joint         joint to move
 * --from DEG      where the joint is now: its servo's first pulse takes it there at full speed
@@ -63,17 +84,9 @@ def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output)
     if args.emulated:
         on = f"{NextStep('emulate')} (keeps an emulated robot; that of this command has ended)"
     out.result(
-        {
-            "joint": jog.joint,
-            "from_deg": jog.from_cdeg / 100,
-            "to_deg": jog.to_cdeg / 100,
-            "held_s": args.hold_s,
-            "state": "safe",
-            "device": sequencer.device(),
-        },
+        record(_JOGGED, JoggedJoint(jog, args.hold_s, sequencer.device())),
         Advice(
-            f"Joint {jog.joint}: moved to {jog.to_cdeg / 100:g} deg and let go (sequencer safe)\nNext: ",
-            on,
+            f"Joint {jog.joint}: moved to {jog.to_cdeg / 100:g} deg and let go (sequencer safe)\nNext: ", on
         ),
     )
 

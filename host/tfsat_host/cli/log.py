@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import argparse
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tfsat_host.cli.boards import open_logger
 from tfsat_host.cli.usage import add_actions, device, file_name
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
-from tfsat_host.quantity import record, records
+from tfsat_host.quantity import record
 from tfsat_host.run.held_maneuver import ask_sequencer
-
-if TYPE_CHECKING:
-    from tfsat_host.run.fetched_log import Copy
 
 _RAM = 0
 _ACTIONS = """
@@ -58,7 +55,6 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 def _fetch(args: argparse.Namespace, out: Output) -> int:
     """Fetches one recording or all, judges them, and gives RAM free once its drop is safe."""
     from tfsat_host.run.fetched_log import (
-        COPY,
         fetch,
         listing_after_the_drop,
         note_maneuvers,
@@ -67,6 +63,7 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
         target_of,
     )
     from tfsat_host.run.logger_recordings import RAM_WARNING
+    from tfsat_host.run.recording_copy import FETCHED, FetchedRecordings
 
     with open_logger(args, out) as logger:
         listing = listing_after_the_drop(logger, out)
@@ -78,31 +75,16 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
         ask = partial(ask_sequencer, out.note, logger_named=args.port is not None)
         note_maneuvers(copies, listing, out, None if args.emulated else ask)
         released = any(release_ram(logger, copy, out) for copy in copies)
-        holds_drop = bool(logger.status().ram_holds_drop)
-        result = {
-            "logs": records(COPY, copies),
-            "ram_released": released,
-            "ram_holds_drop": holds_drop,
-            "device": logger.device(),
-        }
-    out.result(result, lambda: _show(copies, released, out))
+        result = FetchedRecordings(copies, released, bool(logger.status().ram_holds_drop), logger.device())
+    out.result(record(FETCHED, result), lambda: result.show(out))
     for copy in copies:
         out.warn_each(copy.warnings)
-    if holds_drop:
+    if result.ram_holds_drop:
         out.warn(RAM_WARNING)
     card_left_out = args.which is None and listing.card_error is not None
     if card_left_out:
         out.warn(f"Nothing of the card was fetched. {listing.card_error}")
     return ExitCode.DATA_LOSS if card_left_out or any(copy.warnings for copy in copies) else 0
-
-
-def _show(copies: list[Copy], released: bool, out: Output) -> None:
-    if not copies:
-        out.line("No recordings.")
-    for copy in copies:
-        copy.show(out)
-    if released:
-        out.line("The drop is safe on this computer; the logger's RAM is free, a recording may be started.")
 
 
 def _erase(args: argparse.Namespace, out: Output) -> int:

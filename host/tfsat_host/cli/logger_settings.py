@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from tfsat_host.cli.boards import offering_emulated, open_logger
 from tfsat_host.cli.usage import add_actions, add_options, device
-from tfsat_host.devices.logger_configuration import (
-    DLPF_HZ,
-    FACTORY,
-    StoredLoggerSettings,
-    check,
-    rate_max_hz,
-)
+from tfsat_host.devices.board_identity import DEVICE, Device
+from tfsat_host.devices.logger_configuration import DLPF_HZ, FACTORY, StoredLoggerSettings, check, rate_max_hz
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
@@ -33,12 +28,30 @@ _SETTINGS = (
     ("file_mib", "file_mib", "room of a recording", "MiB"),
 )
 """Option, name; label and unit in the table."""
-_STORED: Columns = (
-    *fields("origin rate_max_hz"),
-    Column("settings", of=lambda stored: asdict(stored.settings)),
-)
-"""What is in force, for JSON."""
 
+
+@dataclass(frozen=True, slots=True)
+class SettingsInForce:
+    """A logger's settings now, those before, the logger, and whether its clock was set."""
+
+    stored: StoredLoggerSettings
+    before: LoggerSettings
+    device: Device
+    clock_set: bool
+
+
+_LOGGER_SETTINGS = fields(" ".join(name for name, *_ in LoggerSettings.LAYOUT))
+_SHOWN: Columns = (
+    *fields("origin=stored.origin rate_max_hz=stored.rate_max_hz"),
+    Column("settings", of="stored.settings", columns=_LOGGER_SETTINGS),
+    Column("device", columns=DEVICE),
+)
+_SET: Columns = (
+    *_SHOWN,
+    Column("before", columns=_LOGGER_SETTINGS),
+    Column("verified", of=lambda _: True),
+    *fields("clock_set"),
+)
 _ACTIONS = """
 show  show the current settings
 set   change the named settings, keep the others
@@ -79,23 +92,20 @@ def run(args: argparse.Namespace, out: Output) -> int:
             logger.set_clock(time.time_ns() // 1000)
         if changes:
             stored = logger.write_settings(settings)
-        result = {**record(_STORED, stored), "device": logger.device()}
-    if sets:
-        result |= {"before": asdict(before.settings), "verified": True, "clock_set": args.clock}
+        result = SettingsInForce(stored, before.settings, logger.device(), sets and args.clock)
 
     def show() -> None:
         _show(stored, before.settings, out)
         if changes:
             out.line("Stored, read back and identical")
-        if sets and args.clock:
+        if result.clock_set:
             out.line("Clock: set to this computer's time, until power goes off")
 
-    out.result(result, show)
+    out.result(record(_SET if sets else _SHOWN, result), show)
     return 0
 
 
-def _wanted_settings(args: argparse.Namespace) -> dict[str, Any]:
-
+def _wanted_settings(args: argparse.Namespace) -> dict[str, int]:
     named = {name: value for _, name, *_ in _SETTINGS if (value := getattr(args, name)) is not None}
     if not named and not args.factory and not args.clock:
         raise UsageError(

@@ -14,9 +14,10 @@ from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.cli.usage import add_options
 from tfsat_host.devices.client import Client
 from tfsat_host.errors import TfsatError
-from tfsat_host.present.monitor_view import UNCALIBRATED, Picture, as_json, one_line
+from tfsat_host.present.monitor_view import MOMENT, UNCALIBRATED, Moment, Picture, one_line
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT
+from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
     from tfsat_host.devices.monitoring import WatchedBoards
@@ -93,7 +94,7 @@ def _open(
 def _open_view(out: Output) -> Iterator[Callable[[float, WatchedBoards], None]]:
     """Yield the function that shows a reading: as JSON lines, a picture in place, or one line per second."""
     if out.json_mode:
-        yield lambda t_s, watched: out.stream(as_json(t_s, watched))
+        yield lambda t_s, watched: out.stream(record(MOMENT, Moment(t_s, watched)))
         return
     with out.live() as draw:
         if draw is not None:

@@ -35,9 +35,8 @@ def complete_command(step: NextStep, args: Namespace) -> NextStep:
         # A board that was found inside this process has no port that could be typed.
         at = step.arguments.index("--port")
         step = NextStep(step.command, step.arguments[:at] + step.arguments[at + 2 :])
-    # A recording goes before options: `decode --format parquet` names none.
-    if step.command == "decode" and all(word.startswith("--") for word in step.arguments[:1]):
-        step = NextStep(step.command, (*_recording(args), *step.arguments))
+    for recording in _recording(args) if step.command == "decode" else ():
+        step = step.with_recording(recording)
     options = (*_files(step, args), *_devices(step, args))
     added = [word for option in options if option[0] not in step.arguments for word in option]
     return step.with_arguments(*added)

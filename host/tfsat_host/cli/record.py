@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from tfsat_host.cli.boards import open_logger, refuse_emulated
 from tfsat_host.cli.usage import add_actions, device
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.board_errors import BoardError
+from tfsat_host.devices.board_identity import DEVICE, Device
 from tfsat_host.devices.logger import LoggerClient, recording_in_danger
 from tfsat_host.errors import RefusedError
 from tfsat_host.exit_code import ExitCode
@@ -15,17 +18,59 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode, LoggerState
 from tfsat_host.protocol.limits import IMU_COUNT
-from tfsat_host.protocol.messages import RecordStartReply
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.protocol.messages import LoggerStatusReply, RecordStartReply, RecordStopReply
+from tfsat_host.quantity import Column, Columns, columns_of, fields, record
 from tfsat_host.run.held_maneuver import ask_sequencer, note_held
 
-_STARTED: Columns = fields("state blocks_written rate_hz unix_s=unix_us")
-"""Of the logger's status once its card takes the recording, for JSON."""
-_STOPPED: Columns = (
-    *fields("state samples samples_dropped"),
-    Column("session", of=lambda stopped: f"{stopped.session:08x}"),
+
+@dataclass(frozen=True, slots=True)
+class StartedRecording:
+    """A recording that the card takes.
+
+    Attributes:
+        status: The logger's.
+        session: Hexadecimal.
+        imu_present: Whether each IMU answers.
+        maneuver_crc: Of the maneuver that the sequencer holds, hexadecimal; None: not known.
+        device: The logger.
+    """
+
+    status: LoggerStatusReply
+    session: str
+    imu_present: Sequence[bool]
+    maneuver_crc: str | None
+    device: Device
+
+
+@dataclass(frozen=True, slots=True)
+class StoppedRecording:
+    """A recording that is closed on the card.
+
+    Attributes:
+        reply: The logger's answer to the stop.
+        session: Hexadecimal.
+        number: On the card; None: the card does not list it.
+        file_full: It ended by itself, as its file was full.
+        device: The logger.
+    """
+
+    reply: RecordStopReply
+    session: str
+    number: int | None
+    file_full: bool
+    device: Device
+
+
+_STARTED: Columns = (
+    *columns_of("status", fields("state blocks_written rate_hz unix_s=unix_us")),
+    *fields("session imu_present maneuver_crc"),
+    Column("device", columns=DEVICE),
 )
-"""Of its answer to a stop."""
+_STOPPED: Columns = (
+    *columns_of("reply", fields("state samples samples_dropped")),
+    *fields("session number file_full"),
+    Column("device", columns=DEVICE),
+)
 _ACTIONS = """
 start  start a recording and wait until the card really takes it
 stop   end the recording and wait until the card holds all of it
@@ -61,13 +106,7 @@ def _start(args: argparse.Namespace, out: Output) -> int:
         crc = None if held_maneuver is None else f"{held_maneuver.stored.crc:04x}"
         holds = "" if crc is None else f" The sequencer holds maneuver {crc}."
         out.result(
-            {
-                **record(_STARTED, status),
-                "session": session,
-                "imu_present": present,
-                "maneuver_crc": crc,
-                "device": logger.device(),
-            },
+            record(_STARTED, StartedRecording(status, session, present, crc, logger.device())),
             Advice(
                 f"Recording: session {session}, {status.rate_hz} Hz, the card takes blocks.{holds} "
                 "Pulling the cable does not stop it; it closes automatically after the landing.\nAfter the drop: ",
@@ -116,12 +155,7 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
         number = next(on_card, None)
         file_full = logger.status().error == ErrorCode.CARD_FULL
         out.result(
-            {
-                **record(_STOPPED, stopped),
-                "number": number,
-                "file_full": file_full,
-                "device": logger.device(),
-            },
+            record(_STOPPED, StoppedRecording(stopped, session, number, file_full, logger.device())),
             Advice(
                 f"Recording: session {session}, stopped and closed on the card, {stopped.samples} samples, "
                 f"{lost} dropped\n"

@@ -17,6 +17,8 @@ from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.cli.usage import OUTPUT, seed, whole_number
 from tfsat_host.errors import Interrupted
 from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import record, records
 
 if TYPE_CHECKING:
     from tfsat_host.rehearsal.rehearsal import Rehearsal
@@ -60,13 +62,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Rehearse one drop or a series, or list the faults."""
     from tfsat_host.rehearsal.drop_screen import show_drop
-    from tfsat_host.rehearsal.faults.fault_catalog import list_faults
+    from tfsat_host.rehearsal.faults.fault_catalog import FAULT_OF_CATALOG, FAULTS
     from tfsat_host.rehearsal.rehearsal import Rehearsal, RehearsalOptions
-    from tfsat_host.rehearsal.result import schedule_notices
+    from tfsat_host.rehearsal.result import REHEARSAL, schedule_notices
 
     if args.list_faults:
-        rows, table = list_faults()
-        out.result({"faults": rows}, lambda: out.table(*table))
+        faults = {"faults": records(FAULT_OF_CATALOG, FAULTS)}
+        out.result(faults, lambda: show_rows(FAULT_OF_CATALOG, FAULTS, out))
         return 0
     maneuver = maneuver_from(args)
     schedule = schedule_from(args, maneuver)
@@ -76,13 +78,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if args.runs > 1:
         return _series(rehearsal, args, out)
     result = rehearsal.run(args.out, args.seed, force=args.force, notices=out)
-    out.result(result.as_dict(), lambda: show_drop(result, out, full=args.full))
+    out.result(record(REHEARSAL, result), lambda: show_drop(result, out, full=args.full))
     out.warn_each(result.warnings)
     return result.exit_code
 
 
 def _series(rehearsal: Rehearsal, args: argparse.Namespace, out: Output) -> int:
     """Raises Interrupted on Ctrl-C; what was flown until then is written and shown."""
+    from tfsat_host.rehearsal.series_result import SERIES
     from tfsat_host.rehearsal.series_screen import show_series
 
     with stop_wish() as stop:
@@ -93,7 +96,7 @@ def _series(rehearsal: Rehearsal, args: argparse.Namespace, out: Output) -> int:
             meaning="Nothing is known, and nothing was written.",
             next_step="Run the same command again.",
         )
-    out.result(series.as_dict(), lambda: show_series(series, out))
+    out.result(record(SERIES, series), lambda: show_series(series, out))
     if series.runs < args.runs:
         raise Interrupted(
             what=f"Interrupted after {series.runs} of {args.runs} drops.",

@@ -12,11 +12,12 @@ from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.serial_ports import BoardName
 from tfsat_host.errors import Interrupted, TfsatError
-from tfsat_host.present.boards_status import BoardsStatus
+from tfsat_host.present.boards_status import BOARDS, BoardsStatus
 from tfsat_host.present.logger_state import LoggerReport, attention
 from tfsat_host.present.output import Output
 from tfsat_host.present.sequencer_state import SequencerReport
 from tfsat_host.protocol.enums import Board
+from tfsat_host.quantity import record
 
 _USAGE = f"""
 --full  for people: also ports, servo settings, strokes of the last run, and counters
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         out.note(reason.what)
     unreached = {missed: reason for missed, reason in errors if missed is not None and not absent(reason)}
     status = BoardsStatus(sequencer, logger, unreached)
-    out.result(status.as_json(), lambda: status.show(out, full=args.full))
+    out.result(record(BOARDS, status), lambda: status.show(out, full=args.full))
     # For people the screen begins with them.
     if out.json_mode and logger is not None:
         _warn(logger, out)

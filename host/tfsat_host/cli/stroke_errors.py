@@ -6,19 +6,19 @@ import argparse
 from collections.abc import Sequence
 from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.maneuver import Schedule
+from tfsat_host.maneuver.schedule import STROKES, TimedStroke
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.stored_settings import servo_words
+from tfsat_host.quantity import Column, Columns, columns_of, fields
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 from tfsat_host.servo_settings import ServoSettings
 
 if TYPE_CHECKING:
-    from tfsat_host.calibration.servos.servo_map import ServoMap
-
-COLUMNS = ("misses by / deg", "std / deg")
+    from tfsat_host.calibration.servos.servo_map import ServoMap, StrokeError
 
 
 class ServoMaps(NamedTuple):
@@ -33,24 +33,38 @@ class ServoMaps(NamedTuple):
     maps: tuple[ServoMap, ...]
 
 
+class ExpectedStroke(NamedTuple):
+    """A stroke and its error; None where its joint has no map."""
+
+    stroke: TimedStroke
+    error: StrokeError | None
+
+
 class Expectation(NamedTuple):
     """What to expect of a maneuver's strokes.
 
     Attributes:
-        rows: `stroke`, `joint`, `commanded_deg`, `error_deg`, `std_deg` of each stroke whose joint has a map;
-            None where none has: the `expected` of `--json`.
+        errors: Of each stroke whose joint has a map.
         notices: Its shortcomings, one sentence or two each, to be shown to a person.
     """
 
-    rows: list[dict[str, Any]] | None = None
+    errors: tuple[StrokeError, ...] = ()
     notices: tuple[str, ...] = ()
 
-    def cells(self, stroke: int) -> tuple[str | None, str | None]:
-        """Under `COLUMNS`, for a stroke from 1; both None where nothing is known of it."""
-        for row in self.rows or ():
-            if row["stroke"] == stroke:
-                return f"{row['error_deg']:+.2f}", f"{row['std_deg']:.2f}"
-        return None, None
+
+EXPECTED: Columns = (
+    *fields("stroke joint"),
+    Column("commanded_deg", of=lambda error: error.commanded_cdeg / 100),
+    Column("error_deg", of=lambda error: round(degrees(error.error_rad), 4)),
+    Column("std_deg", of=lambda error: round(degrees(error.std_rad), 4)),
+)
+"""Of a stroke's error, for `--json`."""
+EXPECTED_STROKES: Columns = (
+    *columns_of("stroke", STROKES),
+    Column("error_deg", "misses by", of="error.error_rad", form="+.2f"),
+    Column("std_deg", "std", of="error.std_rad", form=".2f"),
+)
+"""Of an `ExpectedStroke`, for people."""
 
 
 def find_servo_maps(args: argparse.Namespace) -> tuple[ServoMaps | None, list[str]]:
@@ -104,17 +118,10 @@ def expect(schedule: Schedule, servo_maps: ServoMaps | None, settings: ServoSett
 
     moves = [(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes]
     joints = sorted({joint for joint, _ in moves})
-    rows = [
-        {
-            "stroke": error.stroke,
-            "joint": error.joint,
-            "commanded_deg": error.commanded_cdeg / 100,
-            "error_deg": round(degrees(error.error_rad), 4),
-            "std_deg": round(degrees(error.std_rad), 4),
-        }
-        for error in expected_stroke_errors(moves, servo_maps.maps, settings)
-    ]
-    return Expectation(rows or None, (*_without_map(joints, servo_maps), *_off(joints, servo_maps, settings)))
+    errors = expected_stroke_errors(moves, servo_maps.maps, settings)
+    return Expectation(
+        tuple(errors), (*_without_map(joints, servo_maps), *_off(joints, servo_maps, settings))
+    )
 
 
 def _without_map(joints: Sequence[int], servo_maps: ServoMaps) -> list[str]:

@@ -3,20 +3,65 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli import maneuver_argument, stroke_errors
 from tfsat_host.cli.boards import offering_emulated, open_sequencer
 from tfsat_host.cli.usage import device, refuse_existing
+from tfsat_host.devices.board_identity import DEVICE, Device
+from tfsat_host.devices.sequencer import StoredManeuver, Upload
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, write_maneuver
-from tfsat_host.maneuver.schedule import servo_speed_notices
+from tfsat_host.maneuver.schedule import STROKES, servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.run.files import MANEUVER, schedule_in
 from tfsat_host.run.held_maneuver import keep_upload
 from tfsat_host.servo_settings import ServoSettings, insist_on_fit
 
+if TYPE_CHECKING:
+    from tfsat_host.calibration.servos.servo_map import StrokeError
+
+
+@dataclass(frozen=True, eq=False)
+class UploadedSequence:
+    """A maneuver that was checked, and uploaded unless this was a dry run.
+
+    Attributes:
+        schedule: Its strokes and their times.
+        notices: What a person should know of it; sentences.
+        doubtful: A stroke is faster than its servo.
+        device: The board that has it; None: a dry run.
+        upload: What the board has stored; None: a dry run.
+        expected: Errors of the strokes, as far as the joints have servo maps.
+    """
+
+    schedule: Schedule
+    notices: Sequence[str]
+    doubtful: bool
+    device: Device | None = None
+    upload: Upload[StoredManeuver] | None = None
+    expected: tuple[StrokeError, ...] = ()
+
+
+_CHECKED: Columns = (
+    Column("schedule", of="schedule.strokes", columns=STROKES),
+    *fields("end_s=schedule.end_s notices"),
+    Column("device", columns=DEVICE),
+)
+_DRY_RUN: Columns = (*_CHECKED, Column("verified", of=lambda _: False), Column("dry_run", of=lambda _: True))
+_UPLOADED: Columns = (
+    *_CHECKED,
+    Column("verified", of=lambda _: True),
+    *fields("written=upload.written generation=upload.stored.generation"),
+    Column("identity", of=lambda result: result.device.identity.describe()),
+    Column("maneuver_crc", of=lambda result: f"{result.upload.stored.crc:04x}"),
+    Column("expected", of=lambda result: result.expected or None, columns=stroke_errors.EXPECTED),
+)
 _USAGE = f"""
 Put a maneuver on the sequencer: checked whole, sent, read back and compared. {maneuver_argument.WHAT_A_B_MEANS}
 
@@ -46,40 +91,34 @@ def run(args: argparse.Namespace, out: Output) -> int:
         refuse_existing(args.out, force=args.force)
         write_maneuver(maneuver, args.out)
         out.note(f"Written: {args.out}")
-    result: dict[str, object] = {"schedule": schedule.as_rows(), "end_s": schedule.end_s}
-    expected = stroke_errors.Expectation()
-    if args.dry_run:
-        result |= {"verified": False, "device": None, "dry_run": True}
-    else:
-        uploaded, settings = _upload(maneuver, schedule, args, out)
+    result = UploadedSequence(schedule, notices, doubtful=bool(too_fast))
+    if not args.dry_run:
+        device, upload, settings = _upload(maneuver, schedule, args, out)
         _warn_of_other_file(schedule, args, out)
         expected = stroke_errors.expect(schedule, servos, settings)
         out.warn_each(expected.notices)
-        result |= {**uploaded, "expected": expected.rows}
-    result["notices"] = [*notices, *expected.notices]
-    out.result(result, lambda: _show(schedule, expected, result, out, doubtful=bool(too_fast)))
+        result = replace(
+            result,
+            notices=[*notices, *expected.notices],
+            device=device,
+            upload=upload,
+            expected=expected.errors,
+        )
+    out.result(record(_DRY_RUN if args.dry_run else _UPLOADED, result), lambda: _show(result, out))
     return 0
 
 
 def _upload(
     maneuver: Maneuver, schedule: Schedule, args: argparse.Namespace, out: Output
-) -> tuple[dict[str, object], ServoSettings]:
-    """Sends the schedule, has it read back and compared: what `--json` has of it, and the board's settings."""
+) -> tuple[Device, Upload[StoredManeuver], ServoSettings]:
+    """Sends the schedule, has it read back and compared: by which board, and the board's settings."""
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         settings = sequencer.settings().settings
         insist_on_fit([(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes], settings)
         with out.progress(f"Uploading to {sequencer.port}"):
             upload = sequencer.upload(schedule)
         keep_upload(maneuver, sequencer.identity.serial, upload.stored.crc, out.note)
-        uploaded: dict[str, object] = {
-            "verified": True,
-            "written": upload.written,
-            "identity": sequencer.identity.describe(),
-            "device": sequencer.device(),
-            "maneuver_crc": f"{upload.stored.crc:04x}",
-            "generation": upload.stored.generation,
-        }
-        return uploaded, settings
+        return sequencer.device(), upload, settings
 
 
 def _warn_of_other_file(schedule: Schedule, args: argparse.Namespace, out: Output) -> None:
@@ -108,28 +147,24 @@ def _warn_of_other_file(schedule: Schedule, args: argparse.Namespace, out: Outpu
     )
 
 
-def _show(
-    schedule: Schedule,
-    expected: stroke_errors.Expectation,
-    result: Mapping[str, object],
-    out: Output,
-    *,
-    doubtful: bool,
-) -> None:
-    rows = [(f"{s.t_s:.2f}", s.joint, f"{s.angle_deg:+.2f}") for s in schedule.strokes]
-    columns = ("start / s", "joint", "turns by / deg")
-    if expected.rows is None:
-        out.table(columns, rows)
-    else:
-        cells = [(*row, *expected.cells(number)) for number, row in enumerate(rows, 1)]
-        out.table((*columns, *stroke_errors.COLUMNS), cells)
+def _show(result: UploadedSequence, out: Output) -> None:
+    schedule = result.schedule
+    if result.expected:
+        errors = {error.stroke: error for error in result.expected}
+        rows = [
+            stroke_errors.ExpectedStroke(stroke, errors.get(number))
+            for number, stroke in enumerate(schedule.strokes, 1)
+        ]
+        show_rows(stroke_errors.EXPECTED_STROKES, rows, out)
         out.line(
             "A stroke misses by the angle reached minus the angle commanded; std is that of a single drop."
         )
+    else:
+        show_rows(STROKES, schedule.strokes, out)
     out.line(f"Ends {schedule.end_s:.2f} s after release, at {schedule.speed_deg_s:g} deg/s.")
-    if result.get("dry_run"):
-        verdict = "all checks passed, but see the warning" if doubtful else "all checks passed"
+    if result.device is None or result.upload is None:
+        verdict = "all checks passed, but see the warning" if result.doubtful else "all checks passed"
         out.line(f"Dry run: {verdict}; nothing was sent.")
-    elif result.get("verified"):
-        already = " (unchanged)" if result.get("written") is False else ""
-        out.line(f"Uploaded, read back and identical{already}: {result['identity']}")
+    else:
+        already = "" if result.upload.written else " (unchanged)"
+        out.line(f"Uploaded, read back and identical{already}: {result.device.identity.describe()}")

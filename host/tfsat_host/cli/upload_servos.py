@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from tfsat_host import servo_settings
 from tfsat_host.cli.boards import offering_emulated, open_sequencer, warn_of_misfit
 from tfsat_host.cli.usage import add_options, device, refuse_existing
+from tfsat_host.devices.board_identity import DEVICE, Device
+from tfsat_host.devices.sequencer import StoredSettings, Upload
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
-from tfsat_host.present.stored_settings import (
-    comparison,
-    origin_words,
-    settings_as_dict,
-    stored_settings_as_dict,
-)
+from tfsat_host.present.stored_settings import SERVO_SETTINGS, STORED_SETTINGS, comparison, origin_words
+from tfsat_host.quantity import Column, Columns, columns_of, fields, record
 from tfsat_host.whole_file import write_whole
 
 _USAGE = f"""
@@ -32,6 +32,57 @@ settings:
 --dry-run   check and show the new settings; touch no board
 {device("sequencer")}"""
 
+
+@dataclass(frozen=True, slots=True)
+class CheckedSettings:
+    """Settings that the board would take, and what a person should know of them."""
+
+    settings: servo_settings.ServoSettings
+    notices: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class ReadSettings:
+    """What a board has stored."""
+
+    stored: StoredSettings
+    device: Device
+
+
+@dataclass(frozen=True, slots=True)
+class UploadedSettings:
+    """Settings that a board has stored now.
+
+    Attributes:
+        upload: What it has stored.
+        before: What it had before.
+        maneuver_fits: The maneuver on the board fits them.
+        device: The board.
+        notices: What a person should know; sentences.
+    """
+
+    upload: Upload[StoredSettings]
+    before: servo_settings.ServoSettings
+    maneuver_fits: bool
+    device: Device
+    notices: Sequence[str]
+
+
+_DRY_RUN: Columns = (
+    *columns_of("settings", SERVO_SETTINGS),
+    Column("verified", of=lambda _: False),
+    Column("device", of=lambda _: None),
+    Column("dry_run", of=lambda _: True),
+    *fields("notices"),
+)
+_READ: Columns = (*columns_of("stored", STORED_SETTINGS), Column("device", columns=DEVICE))
+_UPLOADED: Columns = (
+    *columns_of("upload", columns_of("stored", STORED_SETTINGS)),
+    Column("before", columns=SERVO_SETTINGS),
+    Column("verified", of=lambda _: True),
+    *fields("written=upload.written maneuver_fits notices"),
+    Column("device", columns=DEVICE),
+)
 _SHOW = NextStep("upload-servos", ("--show",))
 
 
@@ -52,9 +103,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if not args.dry_run:
         return _upload(settings, notices, args, out)
 
-    result = {"verified": False, "device": None, "dry_run": True, "notices": notices}
     dry = "Dry run: the board would accept these settings; nothing was sent."
-    out.result({**settings_as_dict(settings), **result}, lambda: _show_table(settings, dry, out))
+    result = CheckedSettings(settings, notices)
+    out.result(record(_DRY_RUN, result), lambda: _show_table(settings, dry, out))
     return 0
 
 
@@ -84,12 +135,13 @@ def _check_usage(args: argparse.Namespace) -> None:
 def _show(args: argparse.Namespace, out: Output) -> int:
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         stored = sequencer.settings()
-        result = {**stored_settings_as_dict(stored), "device": sequencer.device()}
+        result = ReadSettings(stored, sequencer.device())
     if args.out is not None:
         write_whole(args.out, servo_settings.format_settings(stored.settings).encode())
         out.note(f"Written: {args.out}")
     out.result(
-        result, lambda: _show_table(stored.settings, f"On the board: {origin_words(stored.origin)}.", out)
+        record(_READ, result),
+        lambda: _show_table(stored.settings, f"On the board: {origin_words(stored.origin)}.", out),
     )
     return 0
 
@@ -107,15 +159,10 @@ def _upload(
         with out.progress(f"Uploading to {sequencer.port}"):
             upload = sequencer.write_settings(settings)
         fits = warn_of_misfit(sequencer, settings, out)
-        result = {
-            **stored_settings_as_dict(upload.stored),
-            "before": settings_as_dict(before.settings),
-            "verified": True,
-            "written": upload.written,
-            "maneuver_fits": fits,
-            "device": sequencer.device(),
-            "notices": notices,
-        }
+        result = UploadedSettings(upload, before.settings, fits, sequencer.device(), notices)
         already = "" if upload.written else " (they were there already)"
-        out.result(result, f"Stored, read back and identical{already}: {sequencer.identity.describe()}.")
+        out.result(
+            record(_UPLOADED, result),
+            f"Stored, read back and identical{already}: {sequencer.identity.describe()}.",
+        )
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tfsat_host.devices.client import BoardError, board_error
+from tfsat_host.devices.board_errors import BoardError, board_error
 from tfsat_host.devices.sequencer import StoredManeuver
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import ErrorCode, Origin, SequencerState

@@ -1,25 +1,24 @@
-"""Requests and replies on a link: who answers, numbering, repeating, matching, and what refusals mean."""
+"""Requests and replies on a link: who answers, numbering, repeating, matching."""
 
 from __future__ import annotations
 
 import logging
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import ClassVar, Self, TypeVar
 
 from tfsat_host.debug_log import STREAM
+from tfsat_host.devices.board_errors import BoardError, NoAnswer, WrongBoard, board_error, other_protocol
+from tfsat_host.devices.board_identity import BoardIdentity, Device
 from tfsat_host.devices.serial_ports import PortProblem
 from tfsat_host.devices.transport import Transport
-from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
-from tfsat_host.protocol.limits import FIRMWARE_VERSION, JOINT_COUNT, PROTOCOL_HASH, REPLY_BIT, SWITCH_COUNT
+from tfsat_host.protocol.limits import REPLY_BIT
 from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.record import Payload
-from tfsat_host.protocol.remedies import REMEDIES
 
 _LOG = logging.getLogger(__name__)
 _MESSAGE_NAMES = {
@@ -39,196 +38,6 @@ BUSY_TIMEOUT_S = 60.0
 BUSY_POLL_S = 0.25
 MAX_BACKLOG = 4096
 """Live samples kept until they are taken: 15 s at 280 Hz, 4 s at 1 kHz."""
-
-# Refusals by which the board protects the robot, which is unchanged.
-_INTERLOCKS = (
-    ErrorCode.WRONG_STATE,
-    ErrorCode.SWITCH_OPEN,
-    ErrorCode.NO_MANEUVER,
-    ErrorCode.STALE_TOKEN,
-    ErrorCode.FAULT_LATCHED,
-    ErrorCode.NOT_AT_START_POSE,
-    ErrorCode.JOG_NOT_CONFIRMED,
-    ErrorCode.SETTINGS_DO_NOT_FIT,
-    ErrorCode.STORE_DAMAGED,
-    ErrorCode.UPLOAD_INTERRUPTED,
-    ErrorCode.STORE_OLD_LAYOUT,
-    ErrorCode.RAM_HOLDS_DROP,
-)
-# Refusals whose detail is the index of a stroke.
-_ABOUT_STROKES = (
-    ErrorCode.STEP_MISSING,
-    ErrorCode.JOINT_UNKNOWN,
-    ErrorCode.ANGLE_OUT_OF_RANGE,
-    ErrorCode.STROKES_OVERLAP,
-    ErrorCode.TOO_EARLY,
-    ErrorCode.TOO_LONG,
-    ErrorCode.INDEX_OUT_OF_RANGE,
-)
-_LOGGER_SKETCH = "firmware/teensy_logger"
-
-
-@dataclass(frozen=True, slots=True)
-class BoardIdentity:
-    """What HELLO says.
-
-    Attributes:
-        board: Kind of board.
-        serial: Serial number, hexadecimal; empty where the chip has none.
-        firmware: Version, such as 0.1.0.
-        image_crc: CRC-32/ISO-HDLC of the flashed image, 8 hexadecimal digits; zeros where a core runs natively.
-        protocol_hash: Of the specification that the firmware was built with, hexadecimal.
-    """
-
-    board: Board
-    serial: str
-    firmware: str
-    image_crc: str
-    protocol_hash: str
-
-    @classmethod
-    def from_reply(cls, reply: msg.HelloReply) -> BoardIdentity:
-        """Build the identity from the board's answer to HELLO."""
-        return cls(
-            board=reply.board,
-            serial=reply.board_serial.hex() if any(reply.board_serial) else "",
-            firmware=".".join(str(part) for part in reply.firmware_version),
-            image_crc=f"{reply.image_crc:08x}",
-            protocol_hash=reply.protocol_hash.hex(),
-        )
-
-    @property
-    def speaks_this_protocol(self) -> bool:
-        """Whether the firmware was built with this program's specification."""
-        return self.protocol_hash == PROTOCOL_HASH.hex()
-
-    @property
-    def runs_natively(self) -> bool:
-        """Whether this is no board but the firmware's core on a computer, as emulated robots have."""
-        return int(self.image_crc, 16) == 0
-
-    def describe(self) -> str:
-        """Describe the board for people: firmware, image and serial number, as far as they exist."""
-        parts = [f"{self.board.name.lower()} firmware {self.firmware}"]
-        parts.append("core run natively, no image" if self.runs_natively else f"image {self.image_crc}")
-        if self.serial:
-            parts.append(f"serial number {self.serial}")
-        return ", ".join(parts)
-
-    def as_dict(self) -> dict[str, str | None]:
-        """Return the identity for `--json`; a core that runs natively has no image."""
-        return {
-            "board": self.board.name.lower(),
-            "serial": self.serial,
-            "firmware": self.firmware,
-            "image_crc": None if self.runs_natively else self.image_crc,
-            "protocol_hash": self.protocol_hash,
-        }
-
-
-class BoardError(TfsatError):
-    """A board refused a request; `code` says why, `detail` what it refers to."""
-
-    code: ErrorCode
-
-    def __init__(self, reply: msg.ErrorReply) -> None:
-        what, meaning, next_step = REMEDIES[reply.code]
-        super().__init__(
-            what=f"{what[:-1]}{_where(reply)}.", meaning=meaning, next_step=next_step, code=reply.code
-        )
-        self.detail = reply.detail
-
-
-def _where(reply: msg.ErrorReply) -> str:
-    """Describe in words what the reply's detail refers to, which depends on the request."""
-    if reply.detail < 0:
-        return ""
-    # JOG counts joints from 1; switches are bits, and settings and strokes are counted from 0.
-    if reply.request == msg.JogRequest.TYPE:
-        return f" (joint {reply.detail})"
-    if reply.code == ErrorCode.SWITCH_OPEN:
-        return _switches(reply.detail)
-    if reply.code == ErrorCode.SETTING_OUT_OF_RANGE:
-        return f" (joint {reply.detail + 1})" if reply.detail < JOINT_COUNT else " (the frame)"
-    if reply.code == ErrorCode.RATE_TOO_HIGH:
-        return f" (at most {reply.detail} Hz)"
-    if reply.code == ErrorCode.LOGGER_SETTING_OUT_OF_RANGE and reply.detail < len(msg.LoggerSettings.LAYOUT):
-        return f" ({msg.LoggerSettings.LAYOUT[reply.detail][0]})"
-    return f" (stroke {reply.detail + 1})" if reply.code in _ABOUT_STROKES else ""
-
-
-def _switches(bits: int) -> str:
-    numbers = [str(bit + 1) for bit in range(SWITCH_COUNT) if bits >> bit & 1]
-    if not numbers:
-        return ""
-    return f" (switch{'es' if len(numbers) > 1 else ''} {' and '.join(numbers)})"
-
-
-class BoardRefusal(BoardError, RefusedError):
-    """An interlock of the board refused; the robot is unchanged."""
-
-
-class NoAnswer(TfsatError):
-    """No board answered on the port."""
-
-    def __init__(self, port: str) -> None:
-        super().__init__(
-            what=f"No answer from {port}.",
-            meaning="There is no tfsat board at this port, or it hangs. Nothing is known of its state.",
-            next_step=Advice(
-                "Unplug and plug the board, check that the sketch is flashed, then: ", NextStep("ports")
-            ),
-            code=PortProblem.NO_ANSWER,
-        )
-
-
-class WrongBoard(TfsatError):
-    """Another board, or a board with another protocol, answered; `code` is other-board or other-protocol."""
-
-
-class VerifyError(TfsatError):
-    """What was read back is not what was sent."""
-
-    code = "verify-failed"
-
-
-def board_error(reply: msg.ErrorReply) -> BoardError:
-    """Build the exception for an error reply: a BoardRefusal if an interlock refused."""
-    return BoardRefusal(reply) if reply.code in _INTERLOCKS else BoardError(reply)
-
-
-def _other_protocol(port: str, identity: BoardIdentity) -> WrongBoard:
-    """Board and host were built from different specifications; says which side to update, and how."""
-    name = identity.board.name.lower()
-    ours = ".".join(str(part) for part in FIRMWARE_VERSION)
-    theirs = tuple(int(part) for part in identity.firmware.split("."))
-    if identity.board is Board.SEQUENCER:
-        flash: str = Advice(
-            "flash this checkout's firmware:\nmake firmware && ",
-            NextStep("flash sequencer", ("--port", port)),
-        )
-    else:
-        flash = (
-            f"flash the sketch of this checkout, {_LOGGER_SKETCH}: open it in the Arduino IDE and upload it, or type\n"
-            f"arduino-cli compile --upload --fqbn teensy:avr:teensy41 --port {port} {_LOGGER_SKETCH}"
-        )
-    if theirs == FIRMWARE_VERSION:
-        update = Advice(f"Update the {name}: ", flash)
-    elif theirs < FIRMWARE_VERSION:
-        update = Advice(f"The {name} is the older side ({identity.firmware}): ", flash)
-    else:
-        update = Advice(
-            f"This program is the older side ({ours}): check out tfsat {identity.firmware} and install its "
-            f"host package there: python -m pip install .\nOr take the {name} back to {ours}: ",
-            flash,
-        )
-    return WrongBoard(
-        what=f"The {name} at {port} runs firmware {identity.firmware} with protocol {identity.protocol_hash}; "
-        f"this program, {ours}, speaks {PROTOCOL_HASH.hex()}.",
-        meaning="They might misunderstand each other, so nothing was sent.",
-        next_step=update,
-        code=PortProblem.OTHER_PROTOCOL,
-    )
 
 
 _STREAMS = (msg.LiveSampleStream.TYPE, msg.LogPartStream.TYPE, msg.LogZerosStream.TYPE)
@@ -391,7 +200,7 @@ class Client:
         """
         identity = self.identify(expected)
         if not identity.speaks_this_protocol:
-            raise _other_protocol(self.transport.name, identity)
+            raise other_protocol(self.transport.name, identity)
         return identity
 
     def close(self) -> None:
@@ -428,9 +237,9 @@ class BoardClient:
         """What a person calls the port."""
         return self._client.transport.name
 
-    def device(self) -> dict[str, str | None]:
-        """Return the port and the identity of the board on it, for `--json`."""
-        return {"port": self.port, **self.identity.as_dict()}
+    def device(self) -> Device:
+        """Return the port and the identity of the board on it."""
+        return Device(self.port, self.identity)
 
     def now_s(self) -> float:
         """Seconds on the transport's clock."""

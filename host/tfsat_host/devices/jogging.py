@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import Protocol
 
-from tfsat_host.devices.client import BoardRefusal, NoAnswer
+from tfsat_host.devices.board_errors import BoardRefusal, NoAnswer
+from tfsat_host.devices.jog_path import (
+    IDLE_S,
+    Jog,
+    JogEnd,
+    JogError,
+    JogRefused,
+    JogTour,
+    from_here,
+    from_the_start,
+    last_commanded,
+)
 from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.errors import Interrupted, RefusedError, TfsatError
+from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
-from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_IDLE_MS, JOG_SPEED_CDEG_S
+from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_IDLE_MS
 from tfsat_host.protocol.remedies import REMEDIES
 
-IDLE_S = JOG_IDLE_MS / 1000
-"""The board lets go after so long without an order."""
 _UPTIME_RANGE_MS = 1 << 32
 """The board's uptime begins again at zero after 49 days."""
 POLL_S = 0.1
@@ -28,61 +36,6 @@ FRESH_S = IDLE_S / 4
 """An answer older than this allows no order: the board would take it as a new jog of a joint it has let go."""
 ARRIVAL_TIMEOUT_S = 2.0
 """Beyond the time that the way takes at the board's speed."""
-
-
-@dataclass(frozen=True, slots=True)
-class Jog:
-    """One joint's way.
-
-    Attributes:
-        joint: 1 to 3.
-        from_cdeg: Where the joint is, 0.01 deg; its first pulse holds it there.
-        to_cdeg: Where it goes, 0.01 deg.
-    """
-
-    joint: int
-    from_cdeg: int
-    to_cdeg: int
-
-    @property
-    def duration_s(self) -> float:
-        """At the board's jogging speed."""
-        return abs(self.to_cdeg - self.from_cdeg) / JOG_SPEED_CDEG_S
-
-    def explanation(self, hold_s: float) -> str:
-        """Explain what will move and how it is stopped, for a person to read before confirming."""
-        start_deg = self.from_cdeg / 100
-        stay = f"stay there for {hold_s:g} s" if hold_s else "stay there for a moment"
-        return (
-            f"Joint {self.joint} will move from {start_deg:g} to {self.to_cdeg / 100:g} deg at "
-            f"{JOG_SPEED_CDEG_S / 100:g} deg/s ({self.duration_s:.1f} s), {stay} and be let go. "
-            "The other joints stay limp. Ctrl-C or Ctrl-Z lets it go at once, and so does the board "
-            f"{IDLE_S:g} s after this program's last order.\n"
-            f"The joint is limp now; its first pulse takes it to {start_deg:g} deg at the servo's full speed. "
-            f"If its angle differs, bring it to {start_deg:g} deg by hand first, or say no and give --from its angle.\n"
-            "Keep hands, hair and cables clear of the joint."
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class JogTour:
-    """One joint's stops.
-
-    Attributes:
-        joint: 1 to 3.
-        stops_cdeg: Where it rests, 0.01 deg; at the first of them it is now, and its first pulse holds it there.
-        hold_s: How long it rests at each.
-    """
-
-    joint: int
-    stops_cdeg: tuple[int, ...]
-    hold_s: float
-
-    @property
-    def duration_s(self) -> float:
-        """At the board's jogging speed, rests included."""
-        way_cdeg = sum(abs(after - before) for before, after in pairwise(self.stops_cdeg))
-        return way_cdeg / JOG_SPEED_CDEG_S + len(self.stops_cdeg) * self.hold_s
 
 
 class TourWatch(Protocol):
@@ -99,80 +52,6 @@ class TourWatch(Protocol):
 
         The board lets go of a joint that it gets no order for: this must not take half a second.
         """
-
-
-@dataclass(frozen=True, slots=True)
-class JogEnd:
-    """A jog that is over; the joint is limp.
-
-    Attributes:
-        held: The joint arrived and was held for as long as was asked.
-        angle_cdeg: Where the servo was commanded to be when it was let go, 0.01 deg.
-    """
-
-    held: bool
-    angle_cdeg: int
-
-
-class JogError(TfsatError):
-    """A jog did not go as ordered; `details` has the joint, and the last commanded angle in deg."""
-
-
-class JogInterrupted(Interrupted):
-    """Ctrl-C or Ctrl-Z while the joint moved or was held; it was let go.
-
-    Args:
-        joint: 1 to 3.
-        end: How the jog ended.
-        what: Ended it.
-        again: How to go on, from the angle that was commanded last.
-        lost: A sentence of what the end costs, with a space before it.
-
-    Attributes:
-        details: For `--json`: the joint, and the angle in deg that was commanded last.
-    """
-
-    def __init__(
-        self, joint: int, end: JogEnd, what: str, again: Callable[[int], str], lost: str = ""
-    ) -> None:
-        let_go = f"{last_commanded(joint, end.angle_cdeg)} and was let go on its way"
-        super().__init__(
-            what=what,
-            meaning=f"{let_go}; the sequencer is safe.{lost}",
-            next_step=again(end.angle_cdeg).capitalize(),
-        )
-        self.details = jog_details(joint, end.angle_cdeg)
-
-
-class JogRefused(RefusedError):
-    """The jog would leave the limits that the board keeps."""
-
-    code = "joint-limits"
-
-
-def jog_details(joint: int, angle_cdeg: int) -> dict[str, float]:
-    """Return the joint and the angle at which it was let go, for `--json`."""
-    return {"joint": joint, "last_angle_deg": angle_cdeg / 100}
-
-
-def last_commanded(joint: int, angle_cdeg: int) -> str:
-    """Describe the angle last commanded to a limp joint, which may have sagged since."""
-    return f"Joint {joint} was last commanded to {angle_cdeg / 100:g} deg"
-
-
-def from_here(angle_cdeg: int) -> str:
-    """Tell how to go on with a joint that was let go."""
-    return (
-        f"the same command with --from {angle_cdeg / 100:g} goes on, "
-        "or --from its angle now if it has sagged or was moved."
-    )
-
-
-def from_the_start(start_cdeg: int) -> Callable[[int], str]:
-    """Return a function that tells how to go on with a joint let go on a tour, which starts again."""
-    return lambda _angle_cdeg: (
-        f"bring it to {start_cdeg / 100:g} deg by hand and type the same command again."
-    )
 
 
 class JogClient(SequencerClient):
@@ -397,9 +276,7 @@ class _Motion:
         self._ordered_s = self._board.now_s()
 
     def _error(self, what: str, meaning: str, next_step: str) -> JogError:
-        error = JogError(what=what, meaning=meaning, next_step=next_step)
-        error.details = jog_details(self.jog.joint, self.angle_cdeg)
-        return error
+        return JogError(self.jog.joint, self.angle_cdeg, what=what, meaning=meaning, next_step=next_step)
 
     def _ended_by_board(self, status: msg.SequencerStatusReply) -> JogError:
         """Build the error for a jog that the board ended.

@@ -14,15 +14,17 @@ import json
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 from tfsat_host.devices.log_transfer import Span, entry_words, is_whole, session_of
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.json_values import parse_dataclass
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry
 from tfsat_host.user_folders import NoUserFolder, state_folder
@@ -189,6 +191,22 @@ def sha256_if_same(logger: LoggerClient, entry: LogEntry, path: Path) -> str | N
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+@dataclass(frozen=True, slots=True)
+class FetchedCopy:
+    """A file with a recording, as it was when it was fetched."""
+
+    path: str
+    sha256: str
+    fetched_unix_s: int = 0
+
+    def is_unchanged(self) -> bool:
+        """Return whether the file is there and still the same."""
+        try:
+            return sha256_of(Path(self.path)) == self.sha256
+        except OSError:
+            return False
+
+
 class FetchedLogs:
     """What was fetched from loggers with this computer, in the user's state directory, so that nothing else is erased.
 
@@ -208,8 +226,8 @@ class FetchedLogs:
         Raises:
             TfsatError: the file of copies is damaged.
         """
-        notes = reversed(self._read().get(_key(serial, entry), []))
-        return next((Path(note["path"]) for note in notes if _stands(note)), None)
+        copies = reversed(self._read().get(_key(serial, entry), []))
+        return next((Path(copy.path) for copy in copies if copy.is_unchanged()), None)
 
     def sha256_of(self, serial: str, entry: LogEntry, path: Path) -> str | None:
         """Return the SHA-256 of `path` if it is an unchanged copy of this recording, otherwise None.
@@ -217,9 +235,9 @@ class FetchedLogs:
         Raises:
             TfsatError: the file of copies is damaged.
         """
-        for note in self._read().get(_key(serial, entry), []):
-            if _same_file(Path(note["path"]), path) and _stands(note):
-                return str(note["sha256"])
+        for copy in self._read().get(_key(serial, entry), []):
+            if _same_file(Path(copy.path), path) and copy.is_unchanged():
+                return copy.sha256
         return None
 
     def add(self, serial: str, entry: LogEntry, path: Path, sha256: str) -> None:
@@ -230,47 +248,33 @@ class FetchedLogs:
             OSError: it cannot be written.
         """
         file = self.path or state_folder() / "fetched.json"
-        notes = self._read()
+        copies_by_key = self._read()
         place = str(path.absolute())
         # A place holds one recording: what was noted about it before is void.
-        for key, copies in notes.items():
-            notes[key] = [note for note in copies if note["path"] != place]
-        note = {"path": place, "sha256": sha256, "fetched_unix_s": int(time.time())}
-        notes.setdefault(_key(serial, entry), []).append(note)
-        text = json.dumps({key: copies for key, copies in notes.items() if copies}, indent=1)
-        write_whole(file, text.encode())
+        for key, copies in copies_by_key.items():
+            copies_by_key[key] = [copy for copy in copies if copy.path != place]
+        new_copy = FetchedCopy(place, sha256, int(time.time()))
+        copies_by_key.setdefault(_key(serial, entry), []).append(new_copy)
+        written = {key: [asdict(copy) for copy in copies] for key, copies in copies_by_key.items() if copies}
+        write_whole(file, json.dumps(written, indent=1).encode())
 
-    def _read(self) -> dict[str, list[dict[str, Any]]]:
+    def _read(self) -> dict[str, list[FetchedCopy]]:
         if self.path is None:
             return {}
         try:
-            notes = json.loads(self.path.read_text(encoding="utf-8"))
+            values = json.loads(self.path.read_text(encoding="utf-8"))
+            return {
+                key: [parse_dataclass(FetchedCopy, copy, ("fetched_unix_s",)) for copy in copies]
+                for key, copies in values.items()
+            }
         except FileNotFoundError:
             return {}
-        except ValueError:
-            # Broken JSON and a wrong structure are the same damage, reported once below.
-            notes = None
-        if not isinstance(notes, dict) or not all(_are_copies(copies) for copies in notes.values()):
+        except (ValueError, KeyError, TypeError, AttributeError):
             raise TfsatError(
                 what=f"{self.path} is damaged: it notes which recordings were fetched.",
                 meaning="No recording is concerned, neither on the logger nor on this computer.",
                 next_step=f"Delete {self.path}, then the same command again.",
-            )
-        return notes
-
-
-def _are_copies(copies: object) -> bool:
-    return isinstance(copies, list) and all(
-        isinstance(note, dict) and all(isinstance(note.get(name), str) for name in ("path", "sha256"))
-        for note in copies
-    )
-
-
-def _stands(note: dict[str, Any]) -> bool:
-    try:
-        return sha256_of(Path(note["path"])) == str(note["sha256"])
-    except OSError:
-        return False
+            ) from None
 
 
 def _same_file(path: Path, other: Path) -> bool:

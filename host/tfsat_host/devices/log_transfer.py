@@ -12,7 +12,8 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
-from tfsat_host.devices.client import BoardError, Client
+from tfsat_host.devices.board_errors import BoardError
+from tfsat_host.devices.client import Client
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from tfsat_host.devices.client import BoardClient, BoardError, VerifyError
+from tfsat_host.devices.board_errors import BoardError, VerifyError
+from tfsat_host.devices.client import BoardClient
 from tfsat_host.devices.log_transfer import (
     Listing,
     Outcome,

@@ -9,16 +9,18 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
-from tfsat_host.devices.client import BoardIdentity, Client
+from tfsat_host.devices.board_identity import BoardIdentity
+from tfsat_host.devices.client import Client
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.serial_ports import BoardName
+from tfsat_host.error_columns import error_columns
 from tfsat_host.errors import TfsatError
-from tfsat_host.json_values import error_as_dict
 from tfsat_host.protocol.enums import Board, SequencerState
 from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.log_layout import ANGLE_VALID_BIT, CLIPPED_BIT
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
+from tfsat_host.quantity import Column, by_name
 from tfsat_host.robot import AngleSensor
 from tfsat_host.units import US_PER_S
 
@@ -202,7 +204,7 @@ class BoardsLost(TfsatError):
 
     Attributes:
         code: The first one's.
-        details: For `--json`: each board's own error.
+        columns: For `--json`: each board's own error.
     """
 
     def __init__(self, lost: dict[BoardName, TfsatError]) -> None:
@@ -212,8 +214,8 @@ class BoardsLost(TfsatError):
             meaning="Both boards were lost; what they do now is not known.",
             next_step=first.next_step,
         )
-        self.code = getattr(first, "code", None)
-        self.details = {"lost": {board: error_as_dict(error) for board, error in lost.items()}}
+        self.code = first.code
+        self.columns = (Column("lost", of=lambda _: lost, columns=by_name(error_columns)),)
 
 
 @dataclass

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from tfsat_host.devices.client import BoardClient, VerifyError, board_error
+from tfsat_host.devices.board_errors import VerifyError, board_error
+from tfsat_host.devices.client import BoardClient
 from tfsat_host.maneuver import Maneuver, Schedule, Stroke
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode, Origin, SequencerState

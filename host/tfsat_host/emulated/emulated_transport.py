@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.emulated.emulated_robot import US_PER_S, BoardIndex, EmulatedRobot
@@ -18,12 +17,9 @@ class EmulatedTransport:
     The sequencer's port is open, for the board to see (DTR), from here until `close`.
     """
 
-    def __init__(
-        self, robot: EmulatedRobot, board: BoardIndex, on_close: Callable[[], None] = lambda: None
-    ) -> None:
+    def __init__(self, robot: EmulatedRobot, board: BoardIndex) -> None:
         self._robot = robot
         self._board = board
-        self._on_close = on_close
         self._set_port(True)
 
     @property
@@ -60,7 +56,6 @@ class EmulatedTransport:
     def close(self) -> None:
         """Ends the connection; the robot lives on."""
         self._set_port(False)
-        self._on_close()
 
     def _set_port(self, is_open: bool) -> None:
         # The logger's cable always has a program at its end; only the sequencer's port opens and closes.

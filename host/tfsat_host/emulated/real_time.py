@@ -167,11 +167,7 @@ def _another_has_terminal(descriptor: int) -> bool:
 
 
 def serve(
-    server: RobotServer,
-    control: ControlSocket,
-    typed_lines: TypedLines,
-    on_lag: Callable[[float], None],
-    clock: Callable[[], float] = time.monotonic,
+    server: RobotServer, control: ControlSocket, typed_lines: TypedLines, on_lag: Callable[[float], None]
 ) -> None:
     """Runs the server in real time until it is stopped.
 
@@ -179,20 +175,19 @@ def serve(
         server: What to run.
         control, typed_lines: Where control lines come from.
         on_lag: Called once, with seconds, when this computer is too slow.
-        clock: Seconds that never go back.
 
     Raises:
         EmulationError: the emulated processor crashed.
     """
-    pacer = Pacer(clock())
+    pacer = Pacer(time.monotonic())
     while not server.stopping:
         # Catch up with the clock, then sleep until the next step is due or a line comes.
-        for _ in range(pacer.steps_due(clock())):
+        for _ in range(pacer.steps_due(time.monotonic())):
             server.step()
         if pacer.new_lag():
             on_lag(pacer.lag_s)
         waited = [*control.waits_on(), *typed_lines.waits_on()]
-        ready, _, _ = select.select(waited, [], [], pacer.wait_s(clock()))
+        ready, _, _ = select.select(waited, [], [], pacer.wait_s(time.monotonic()))
         control.service(ready)
         typed_lines.service(ready)
 

@@ -68,12 +68,9 @@ class VelocityWindows(NamedTuple):
     transversal_mm_s: float
 
 
-def windows_of(tower: DropTower, radius_mm: float = PAPER_RADIUS_MM) -> VelocityWindows:
-    """Compute a facility's velocity windows for a robot with the given reach.
-
-    `radius_mm` is how far the robot reaches from its CoM over its maneuver.
-    """
-    sideways = permissible_transversal_velocity_mm_s(tower.envelope_radius_mm, radius_mm, tower.fall_s)
+def windows_of(tower: DropTower) -> VelocityWindows:
+    """Compute a facility's velocity windows for a robot with the reach of the paper's."""
+    sideways = permissible_transversal_velocity_mm_s(tower.envelope_radius_mm, PAPER_RADIUS_MM, tower.fall_s)
     return VelocityWindows(tower.release_velocity_window_mm_s, sideways)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import FALL_US
-from tfsat_host.quantity import Columns, fields, record
+from tfsat_host.quantity import Columns, fields
 from tfsat_host.sdlog.contradictions import two_releases
 from tfsat_host.sdlog.log_summary import grave_warnings
 
@@ -53,13 +53,13 @@ class Verdict:
         return self._line(self.sentence.removeprefix(_EMULATED).rstrip("."))
 
     def brief(self) -> str:
-        """Return level and first reason, and how many more there are: the last line on a screen."""
+        """Return level and first finding, and how many reasons there are: the last line on a screen."""
         if self.level == "failed":
             return self._line(self.sentence.partition(". ")[0].rstrip("."))
         first, *others = self.sentence.removeprefix(_EMULATED).rstrip(".").split("; ")
         if self.level == "good":
             first, others = first.partition(", ")[0], []
-        more = f"; {len(others)} more reason{'' if len(others) == 1 else 's'} above" if others else ""
+        more = f"; {len(self.reasons)} reasons in all" if others else ""
         return self._line(first + more)
 
     def _line(self, sentence: str) -> str:
@@ -67,10 +67,6 @@ class Verdict:
         # Joined clauses have a capital for JSON; an error's sentence keeps its own.
         text = sentence[:1].lower() + sentence[1:] if self.level == "doubtful" else sentence
         return f"{self.level.upper()}: {text}{emulated}"
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the verdict as a dict for JSON."""
-        return record(VERDICT, self)
 
 
 VERDICT: Columns = fields("level sentence reasons")

@@ -25,6 +25,7 @@ from tfsat_host.maneuver.stroke_checks import (
     check_timing,
 )
 from tfsat_host.protocol.limits import SCHEDULE_GRID_US
+from tfsat_host.quantity import Column, Columns
 from tfsat_host.robot import RobotFileError, default_robot_path
 from tfsat_host.robot.path import ROBOT_FILE
 from tfsat_host.units import US_PER_S, deg_from_cdeg, exact, round_up, s_from_us
@@ -90,9 +91,13 @@ class Schedule:
         """
         return self.speed_cdeg_s == other.speed_cdeg_s and self.strokes == other.strokes
 
-    def as_rows(self) -> list[dict[str, float | int]]:
-        """`t_s`, `joint`, `angle_deg` of each stroke: the `schedule` of `--json`."""
-        return [{"t_s": s.t_s, "joint": s.joint, "angle_deg": s.angle_deg} for s in self.strokes]
+
+STROKES: Columns = (
+    Column("t_s", "start", form=".2f"),
+    Column("joint", "joint"),
+    Column("angle_deg", "turns by", form="+.2f"),
+)
+"""Of a schedule's `strokes`."""
 
 
 def schedule_maneuver(maneuver: Maneuver, limits: Limits = SEQUENCER) -> Schedule:

@@ -52,12 +52,7 @@ def run_study(study: Study, notices: Notices, *, workers: int | None, address: s
 
 
 def run_on_cluster(
-    study: Study,
-    address: str,
-    *,
-    progress: Callable[[float], None] | None = None,
-    answer_s: float = ANSWER_S,
-    patience_s: float = CHUNK_TIMEOUT_S,
+    study: Study, address: str, *, progress: Callable[[float], None] | None = None
 ) -> Outcomes:
     """Run all chunks of `study` on the workers of the Dask scheduler at `address`.
 
@@ -65,8 +60,6 @@ def run_on_cluster(
         study: The study to run.
         address: Such as `tcp://127.0.0.1:8786`.
         progress: Called with the number of samples completed since its last call.
-        answer_s: Timeout for the scheduler to answer and to have a worker.
-        patience_s: Timeout for the next chunk.
 
     Raises:
         ClusterError: the extra `dask` is missing, the scheduler does not answer or has no workers, no chunk
@@ -80,11 +73,11 @@ def run_on_cluster(
             next_step=f"In tfsat's folder: python -m pip install '.[dask]'; or {_LOCALLY}.",
         )
     _check_address(address)
-    with _connect(address, answer_s) as client, client.as_current():
-        _wait_for_workers(client, address, answer_s)
+    with _connect(address) as client, client.as_current():
+        _wait_for_workers(client, address)
         # Not pure: otherwise Dask would take the result of an equal call for this one.
         futures = client.map(partial(_answer, study), range(study.chunks), pure=False)
-        return _collect_outcomes(client, address, futures, progress or (lambda _samples: None), patience_s)
+        return _collect_outcomes(client, address, futures, progress or (lambda _samples: None))
 
 
 def _answer(study: Study, chunk: int) -> _Answer:
@@ -106,37 +99,33 @@ def _check_address(address: str) -> None:
         ) from error
 
 
-def _connect(address: str, answer_s: float) -> Client:
+def _connect(address: str) -> Client:
     from distributed import Client
 
     try:
-        return Client(address, timeout=answer_s, set_as_default=False)  # type: ignore[no-untyped-call]
+        return Client(address, timeout=ANSWER_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, TimeoutError) as error:
         raise ClusterError(
-            what=f"No Dask scheduler answered at {address} within {answer_s:g} s ({_reason(error)}).",
+            what=f"No Dask scheduler answered at {address} within {ANSWER_S:g} s ({_reason(error)}).",
             meaning=_NOTHING,
             next_step="Start one with `dask scheduler`, which prints its address, and `dask worker ADDRESS` on each "
             f"computer; or {_LOCALLY}.",
         ) from error
 
 
-def _wait_for_workers(client: Client, address: str, answer_s: float) -> None:
+def _wait_for_workers(client: Client, address: str) -> None:
     try:
-        client.wait_for_workers(1, timeout=answer_s)
+        client.wait_for_workers(1, timeout=ANSWER_S)
     except TimeoutError as error:
         raise ClusterError(
-            what=f"The Dask scheduler at {address} has had no worker for {answer_s:g} s.",
+            what=f"The Dask scheduler at {address} has had no worker for {ANSWER_S:g} s.",
             meaning=_NOTHING,
             next_step=f"Start workers: dask worker {address}; or {_LOCALLY}.",
         ) from error
 
 
 def _collect_outcomes(
-    client: Client,
-    address: str,
-    futures: list[Future[_Answer]],
-    progress: Callable[[float], None],
-    patience_s: float,
+    client: Client, address: str, futures: list[Future[_Answer]], progress: Callable[[float], None]
 ) -> Outcomes:
     from distributed import wait
 
@@ -146,14 +135,14 @@ def _collect_outcomes(
     while chunk_of:
         try:
             finished = wait(  # type: ignore[no-untyped-call]
-                list(chunk_of), timeout=patience_s, return_when="FIRST_COMPLETED"
+                list(chunk_of), timeout=CHUNK_TIMEOUT_S, return_when="FIRST_COMPLETED"
             ).done
         except TimeoutError as error:
             # Take the rest off the cluster, which others use, before giving up.
             client.cancel(list(chunk_of))  # type: ignore[no-untyped-call]
             raise ClusterError(
                 what=f"{len(chunk_of)} of {len(futures)} parts of the study are missing, and none has come from the "
-                f"cluster at {address} for {patience_s:g} s.",
+                f"cluster at {address} for {CHUNK_TIMEOUT_S:g} s.",
                 meaning="The study was given up, and cancelled on the cluster.",
                 next_step=f"Look at its workers, then run the same command again; or {_LOCALLY}.",
             ) from error

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
+from tfsat_host.maneuver.schedule import STROKES as SCHEDULED
 from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.facility import load_tower
@@ -197,8 +198,8 @@ PROPOSAL: Columns = (
         columns=_ROBUST,
     ),
     Column("file", "Written", of="path", words=_format_file),
-    Column("schedule", of=lambda proposal: proposal.schedule and proposal.schedule.as_rows()),
-    Column("end_s", of=lambda proposal: proposal.schedule and proposal.schedule.end_s),
+    Column("schedule", of="schedule.strokes", columns=SCHEDULED),
+    *fields("end_s=schedule.end_s"),
     Column("sequencer_refuses", of=lambda proposal: proposal.refusal or None),
     Column(
         "checks", of=lambda proposal: () if proposal.tower is None else proposal.tower.checks, columns=CHECK

@@ -16,7 +16,7 @@ from tfsat_host.errors import UsageError
 from tfsat_host.output_files import OutputFile
 from tfsat_host.plan.grid import Distribution, GridManeuver
 from tfsat_host.plotting import check_matplotlib, load_matplotlib
-from tfsat_host.quantity import Column, Columns, Table, fields, record
+from tfsat_host.quantity import Column, Columns, Table, fields
 from tfsat_host.robot import RobotModel
 
 # Errors of the drop test's reorientation, paper, section "Result": before and after its model was corrected.
@@ -118,8 +118,8 @@ DISTRIBUTION: Columns = (
             f"{len(result.distribution.angle_rad)} of four strokes, on a grid of {result.distribution.step_deg:g} deg"
         ),
     ),
-    Column("most_efficient", of=lambda result: record(_LOOP, result.most_efficient)),
-    Column("farthest", "Farthest", of=lambda result: record(_LOOP, result.farthest), words=_format_farthest),
+    Column("most_efficient", columns=_LOOP),
+    Column("farthest", "Farthest", words=_format_farthest, columns=_LOOP),
     Column("pairs", columns=_LOOP),
     *fields("joint_speed_deg_s"),
     Column(
@@ -143,12 +143,7 @@ DISTRIBUTION: Columns = (
         of=lambda _result: expected_error_deg(_TARGET_DEG),
         words=lambda _result: f"{expected_error_deg(_TARGET_DEG):.2f} deg, in proportion to the drop test's",
     ),
-    Column(
-        "files",
-        "Written",
-        of=lambda result: [str(path) for path in result.files],
-        words=lambda result: ", ".join(map(str, result.files)),
-    ),
+    Column("files", "Written", of=lambda result: list(result.files)),
 )
 """A distribution as `tfsat-host design --grid` shows it: all in `--json`, what has a label as facts for people."""
 

@@ -112,7 +112,6 @@ def envelope_of(
     *,
     until_s: float,
     initial_rate_rad_s: FloatArray | None = None,
-    step_s: float = STEP_S,
 ) -> Envelope:
     """Compute the envelope of `robot` flying `schedule` from its start pose, from release until `until_s`.
 
@@ -123,7 +122,6 @@ def envelope_of(
         until_s: End of the fall (landing), after release.
         initial_rate_rad_s: (3,) angular rate of the base body after release, body axes; None: no angular
             momentum.
-        step_s: Longest time between the instants evaluated.
 
     Raises:
         EnvelopeError: the robot lacks a joint that the schedule moves, a body has no shape, or a
@@ -133,7 +131,7 @@ def envelope_of(
     # A stroke that would begin after the landing takes no part.
     begun = tuple(stroke for stroke in schedule.strokes if stroke.t_s < until_s)
     rest_s = max(arrivals_s(robot, replace(schedule, strokes=begun)), default=0.0)
-    if rest_s > _MAX_STEPS * step_s:
+    if rest_s > _MAX_STEPS * STEP_S:
         raise EnvelopeError(
             what=f"The stroke during which the robot lands would go on until {rest_s:g} s after release.",
             meaning=f"{_UNKNOWN_REACH} To follow it that long would take very much time and memory.",
@@ -144,7 +142,7 @@ def envelope_of(
         replace(schedule, strokes=begun),
         until_s=max(until_s, rest_s),
         initial_rate_rad_s=initial_rate_rad_s,
-        step_s=step_s,
+        step_s=STEP_S,
     ).flight
     # The flight goes on until the joints rest: what follows the landing is cut off.
     falling = flight.t_s <= until_s

@@ -137,6 +137,7 @@ def linear_spread(derivatives: Derivatives, sources: ErrorSources) -> LinearSpre
 
 PERCENTILES = (2.5, 16.0, 50.0, 84.0, 97.5)
 _LEVEL = 1e-9  # a spread below this share of the values is rounding
+_BINS = 15  # of the histogram
 
 
 @dataclass(frozen=True, slots=True)
@@ -296,7 +297,7 @@ def outputs_of(outcomes: Outcomes, nominal_xyzw: FloatArray) -> dict[str, FloatA
 
 
 def summary(
-    study: Study, outcomes: Outcomes, nominal_xyzw: FloatArray, limits: Sequence[TimeLimit], *, bins: int = 15
+    study: Study, outcomes: Outcomes, nominal_xyzw: FloatArray, limits: Sequence[TimeLimit]
 ) -> Summary:
     """Compute the statistics of a study of two samples or more.
 
@@ -305,7 +306,6 @@ def summary(
         outcomes: Outcomes of all its samples.
         nominal_xyzw: (4,) final attitude without errors.
         limits: Limits that times must not exceed.
-        bins: Number of bins of the histogram.
     """
     values = outputs_of(outcomes, nominal_xyzw)
     # Draw the deviates again from the seed: outcomes do not carry them.
@@ -313,7 +313,7 @@ def summary(
     # A source without deviation is drawn, too: its chance correlation must not show.
     has_effect = study.sources.matrix.any(axis=0)
     turned, end_s = values["reorientation_deg"], values["end_s"]
-    counts, edges = np.histogram(turned, bins=bins)
+    counts, edges = np.histogram(turned, bins=_BINS)
     return Summary(
         outputs={name: spread(column) for name, column in values.items()},
         exceeded=tuple((limit, share(values[limit.of] > limit.limit_s)) for limit in limits),

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
+from tfsat_host.maneuver.schedule import STROKES as SCHEDULED
 from tfsat_host.plan.spread import Estimate, Spread
 from tfsat_host.plan.study_result import StudyResult
-from tfsat_host.quantity import Column, Columns, Table, columns_of, fields, record
+from tfsat_host.quantity import Column, Columns, Table, by_name, columns_of, fields
 
 _MAX_SHOWN_PARAMETERS = 10
 _MAX_MEASURED_FIRST = 2
@@ -99,10 +100,7 @@ _LIMIT: Columns = (
 )
 _MONTE_CARLO: Columns = (
     *fields("samples=study.samples seed=study.seed"),
-    Column(
-        "outputs",
-        of=lambda result: {name: record(_SPREAD, spread) for name, spread in result.summary.outputs.items()},
-    ),
+    Column("outputs", of="summary.outputs", columns=by_name(_SPREAD)),
     Column("exceeded", of="summary.exceeded", columns=_LIMIT),
     Column(
         "histogram",
@@ -127,7 +125,7 @@ STUDY: Columns = (
     Column("monte_carlo", of=lambda result: result, columns=_MONTE_CARLO),
     *fields("robot=robot.name"),
     Column("base", of=lambda result: result.robot.body_names[result.robot.base]),
-    Column("schedule", of=lambda result: result.schedule.as_rows()),
+    Column("schedule", of="schedule.strokes", columns=SCHEDULED),
     *fields("speed_deg_s=schedule.speed_deg_s initial_rate_deg_s"),
     Column("uncertainty", of=lambda result: result.stated.figures()),
     Column("notices", of=lambda result: (*result.schedule_notices, *result.doubts)),

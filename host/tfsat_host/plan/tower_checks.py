@@ -9,6 +9,7 @@ import numpy as np
 
 from tfsat_host.dynamics.simulation import arrivals_s
 from tfsat_host.maneuver import Schedule
+from tfsat_host.maneuver.schedule import STROKES as SCHEDULED
 from tfsat_host.plan.facility import (
     DropTower,
     pause_s,
@@ -254,7 +255,7 @@ REPORT: Columns = (
     ),
     Column("permissible_transversal_velocity_moment_by_moment_mm_s", of="permissible.moment_by_moment"),
     Column("facility", of="tower.name"),
-    Column("schedule", of=lambda report: report.schedule.as_rows()),
+    Column("schedule", of="schedule.strokes", columns=SCHEDULED),
     *fields("end_s=schedule.end_s robot=robot.name initial_rate_deg_s notices=schedule.notices"),
 )
 """A report as `tfsat-host envelope` shows it: all of it in `--json`, what has a label as facts for people."""

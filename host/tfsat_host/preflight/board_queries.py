@@ -7,7 +7,9 @@ from dataclasses import replace
 from typing import TypeVar
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.devices.client import BoardClient, BoardIdentity, VerifyError
+from tfsat_host.devices.board_errors import VerifyError
+from tfsat_host.devices.board_identity import BoardIdentity
+from tfsat_host.devices.client import BoardClient
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
 from tfsat_host.devices.serial_ports import BoardName

@@ -15,7 +15,7 @@ import numpy as np
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.board_errors import BoardError
 from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.serial_ports import PortError

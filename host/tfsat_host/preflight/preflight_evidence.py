@@ -18,7 +18,7 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.zero import MAX_DISAGREEMENT_RAD
-from tfsat_host.devices.client import BoardIdentity
+from tfsat_host.devices.board_identity import BoardIdentity
 from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import UTC
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host import __version__
+from tfsat_host.devices.board_identity import IDENTITY, BoardIdentity
+from tfsat_host.devices.serial_ports import BoardName
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.checks import may_drop
 from tfsat_host.preflight.preflight_check import CHECK, SEE, GoNoGo, PreflightCheck
 from tfsat_host.preflight.preflight_evidence import Evidence, Missing, RunningRecording
 from tfsat_host.present.output import GREEN, RED, Output
 from tfsat_host.present.terminal import bullets, sentences, write_verdict
-from tfsat_host.quantity import Column, Columns, fields
+from tfsat_host.quantity import Column, Columns, by_name, fields
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -48,14 +50,6 @@ class PreflightResult:
     def verdict(self) -> str:
         """`go` or `no-go`."""
         return (GoNoGo.GO if may_drop(self.checks) else GoNoGo.NO_GO).value
-
-    @property
-    def boards(self) -> dict[str, Any]:
-        """The identity of each board, by its name; None for one that was not reached."""
-        return {
-            board.name: None if isinstance(board.identity, Missing) else board.identity.as_dict()
-            for board in (self.evidence.sequencer_board, self.evidence.logger_board)
-        }
 
     @property
     def failed(self) -> list[PreflightCheck]:
@@ -146,6 +140,16 @@ def _color_verdict(check: PreflightCheck) -> Text:
     return Text(_WORDS[check.verdict], style=style)
 
 
+def _identity(board: BoardName) -> Column:
+    """Column of a board's identity; None of one that was not reached."""
+
+    def identity(evidence: Evidence) -> BoardIdentity | None:
+        reply = getattr(evidence, f"{board}_board").identity
+        return None if isinstance(reply, Missing) else reply
+
+    return Column(board, of=identity, columns=IDENTITY)
+
+
 RESULT: Columns = (
     Column("verdict"),
     Column("at", of=lambda result: result.evidence.now.astimezone(UTC).isoformat()),
@@ -153,8 +157,8 @@ RESULT: Columns = (
     Column("emulated", of="evidence.runs_natively"),
     Column("reasons", of=lambda result: [check.name for check in result.checks if check.blocks]),
     Column("checks", columns=CHECK),
-    *fields("boards"),
-    Column("files", of=lambda result: {name: asdict(file) for name, file in result.files.items()}),
+    Column("boards", of="evidence", columns=(_identity("sequencer"), _identity("logger"))),
+    Column("files", columns=by_name(fields("path sha256"))),
     *fields("left_on_the_boards=left_on_boards"),
 )
 """What `preflight.json` holds."""

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from tfsat_host.devices.logger import drop_in_danger
 from tfsat_host.devices.serial_ports import BoardName
+from tfsat_host.error_columns import error_columns, or_error
 from tfsat_host.errors import TfsatError
-from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.logger_state import (
     LOGGER_DETAILS,
@@ -28,7 +27,7 @@ from tfsat_host.present.sequencer_state import (
 )
 from tfsat_host.present.terminal import bullets, sentences, show_facts, write_verdict
 from tfsat_host.protocol.enums import SequencerState
-from tfsat_host.quantity import Columns, record
+from tfsat_host.quantity import Column, Columns, columns_of
 
 _MOVING = {
     SequencerState.ARMED: "ARMED: the release starts the maneuver",
@@ -99,18 +98,6 @@ class BoardsStatus:
         # Whether the drop would be recorded only the logger tells.
         return ("READY TO ARM", GREEN) if self.logger else ("READY TO ARM: logger not read", YELLOW)
 
-    def as_json(self) -> dict[str, Any]:
-        """Return both reports for `--json`; null for a board that is not plugged in."""
-        boards: dict[str, Any] = {"sequencer": None, "logger": None}
-        boards |= {board: {"error": error_as_dict(error)} for board, error in self.errors.items()}
-        if self.logger is not None:
-            boards["logger"] = record(LOGGER_JSON, self.logger)
-        if self.sequencer is not None:
-            boards["sequencer"] = record(SEQUENCER_JSON, self.sequencer)
-            if (refusal := self.arm_refusal) is not None:
-                boards["sequencer"]["arm_refusal"] = error_as_dict(refusal)
-        return boards
-
     def show(self, out: Output, *, full: bool) -> None:
         """Show the verdict, what blocks a drop, and both boards; the verdict again at the end."""
         write_verdict(*self.verdict, out)
@@ -127,3 +114,19 @@ class BoardsStatus:
         if not full:
             sentences([Advice("All details: ", NextStep("status", ("--full",)))], out)
         write_verdict(*self.verdict, out)
+
+
+_SEQUENCER: Columns = (*columns_of("sequencer", SEQUENCER_JSON), Column("arm_refusal", columns=error_columns))
+BOARDS: Columns = (
+    Column(
+        "sequencer",
+        of=lambda status: status if status.sequencer else status.errors.get("sequencer"),
+        columns=or_error(_SEQUENCER),
+    ),
+    Column(
+        "logger",
+        of=lambda status: status.logger or status.errors.get("logger"),
+        columns=or_error(LOGGER_JSON),
+    ),
+)
+"""Both reports for `--json`; null for a board that is not plugged in."""

@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass
 from datetime import datetime
 
+from tfsat_host.devices.board_identity import DEVICE, Device
 from tfsat_host.devices.logger import (
     LoggerClient,
     NotOnCard,
@@ -14,7 +15,7 @@ from tfsat_host.devices.logger import (
     recording_in_danger,
     state_words,
 )
-from tfsat_host.json_values import error_as_dict
+from tfsat_host.error_columns import error_columns
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.sequencer_state import switch_words, switches_closed
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
@@ -38,15 +39,13 @@ class LoggerReport:
     """All that the logger says of itself at one time.
 
     Attributes:
-        device: Port and identity, for JSON.
-        description: Port and identity, for people.
+        device: Port and identity.
         status: Its state.
         clock_error_s: Its time of day less the computer's; None: it was never set.
         refusal: Why a drop now would not be on the card; None: it would be, or nothing was started.
     """
 
-    device: dict[str, str | None]
-    description: str
+    device: Device
     status: LoggerStatusReply
     clock_error_s: float | None
     refusal: NotOnCard | None
@@ -57,8 +56,7 @@ class LoggerReport:
         status = board.status()
         # A clock that was never set reads 0: that is no error of decades.
         clock_error_s = status.unix_us / US_PER_S - time.time() if status.unix_us else None
-        description = f"{board.port}, {board.identity.describe()}"
-        return cls(board.device(), description, status, clock_error_s, recording_in_danger(status))
+        return cls(board.device(), status, clock_error_s, recording_in_danger(status))
 
 
 def attention(status: LoggerStatusReply) -> list[str]:
@@ -150,12 +148,14 @@ LOGGER: Columns = (
 LOGGER_JSON: Columns = (
     *LOGGER,
     *fields(
-        "device clock_error_s card_free_mib=status.card_free_mib who_am_i=status.who_am_i "
+        "clock_error_s card_free_mib=status.card_free_mib "
         "blocks_written=status.blocks_written ring_blocks=status.ring_blocks "
         "ring_peak_blocks=status.ring_peak_blocks late_ticks=status.late_ticks "
         "settings_origin=status.settings_origin uptime_s=status.uptime_ms"
     ),
-    Column("arm_refusal", of=lambda report: report.refusal and error_as_dict(report.refusal)),
+    Column("device", columns=DEVICE),
+    Column("who_am_i", of=lambda report: list(report.status.who_am_i)),
+    Column("arm_refusal", of="refusal", columns=error_columns),
     Column("unix_s", of=lambda report: report.status.unix_us / US_PER_S if report.status.unix_us else None),
     Column(
         "imu_present",
@@ -180,7 +180,7 @@ LOGGER_FACTS: Columns = (
 )
 """What a person reads first."""
 LOGGER_DETAILS: Columns = (
-    Column("", "Logger port", words=lambda report: report.description),
+    Column("", "Logger port", words=lambda report: report.device.describe()),
     Column("", "Sampling", words=_sampling_words),
 )
 """The rest."""

@@ -8,17 +8,18 @@ from __future__ import annotations
 import textwrap
 from dataclasses import dataclass
 from itertools import groupby, zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.devices.logger import card_is_bad, file_was_full, state_words
-from tfsat_host.json_values import error_as_dict
+from tfsat_host.devices.serial_ports import BoardName
+from tfsat_host.error_columns import or_error
 from tfsat_host.next_step import Advice
 from tfsat_host.present.logger_state import LOGGER, RAM_HOLDS_DROP, attention, card_words, idle_part
 from tfsat_host.present.sequencer_state import SEQUENCER, explain_code, switch_words, with_fault
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import LoggerStatusReply, SequencerStatusReply
 from tfsat_host.protocol.remedies import REMEDIES
-from tfsat_host.quantity import UNKNOWN, Column, Columns, fields, record
+from tfsat_host.quantity import UNKNOWN, Column, Columns, fields
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
@@ -49,9 +50,7 @@ _LOGGER: Columns = (
     *fields("measured_rate_hz=meter.rate_hz live_missed=meter.missed live_gaps=meter.gaps"),
     Column("bodies", of=lambda watch: watch.reading.bodies if watch.reading else (), columns=_BODY_RATE),
     Column(
-        "angle_sensors",
-        of=lambda watch: watch.reading.angles if watch.reading else (),
-        columns=_ANGLE_SENSOR,
+        "angle_sensors", of=lambda watch: watch.reading.angles if watch.reading else (), columns=_ANGLE_SENSOR
     ),
 )
 ALWAYS = 0
@@ -65,15 +64,28 @@ Row = tuple[int, str, str]
 _JOINT = "   {:>5} {:>9} {:>8} {}"
 
 
-def as_json(t_s: float, watched: WatchedBoards) -> dict[str, Any]:
-    """Build one line of `--json`."""
-    document: dict[str, Any] = {"t_s": round(t_s, 3), "sequencer": None, "logger": None}
-    document |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}
-    if watched.sequencer is not None:
-        document["sequencer"] = record(_SEQUENCER, watched.sequencer)
-    if watched.logger is not None:
-        document["logger"] = record(_LOGGER, watched.logger)
-    return document
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Both boards so many seconds after the start."""
+
+    t_s: float
+    boards: WatchedBoards
+
+
+def _board(name: BoardName, columns: Columns) -> Column:
+    return Column(
+        name,
+        of=lambda moment: getattr(moment.boards, name) or moment.boards.lost.get(name),
+        columns=or_error(columns),
+    )
+
+
+MOMENT: Columns = (
+    Column("t_s", of=lambda moment: round(moment.t_s, 3)),
+    _board("sequencer", _SEQUENCER),
+    _board("logger", _LOGGER),
+)
+"""Of one line of `--json`."""
 
 
 def one_line(t_s: float, watched: WatchedBoards) -> str:

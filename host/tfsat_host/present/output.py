@@ -179,12 +179,12 @@ class Output:
         # One JSON object for each command: an error after the result goes to stderr as text.
         if self.json_mode and not self._result_given:
             self._result_given = True
-            from tfsat_host.json_values import error_as_dict
+            from tfsat_host.error_columns import error_columns
+            from tfsat_host.quantity import record
 
-            self._print_json({"error": error_as_dict(error)})
+            self._print_json({"error": record(error_columns(error), error)})
             return error.exit_code
-        code = getattr(error, "code", None)
-        code_text = f" ({refusal_name(code)})" if isinstance(code, IntEnum) else ""
+        code_text = f" ({refusal_name(error.code)})" if isinstance(error.code, IntEnum) else ""
         self._tell(f"{error.what}{code_text}", "Error: ", "1;31")
         for text in filter(None, (error.meaning, self.complete(error.next_step))):
             self._tell("  " + text.replace("\n", "\n  "))

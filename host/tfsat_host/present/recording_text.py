@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict
+from pathlib import Path
 
 from tfsat_host.notices import utc
 from tfsat_host.present.output import Output
@@ -121,7 +122,7 @@ _FACTS: Columns = (
 )
 
 
-def show_recording(log: DropLog, files: Iterable[str], out: Output) -> None:
+def show_recording(log: DropLog, files: Iterable[Path], out: Output) -> None:
     """Show what was recorded and what is missing from it, and the files written."""
     show_facts(_FACTS, log, out)
     out.line()

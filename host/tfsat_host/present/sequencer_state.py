@@ -8,18 +8,18 @@ from functools import partial
 from typing import Any
 
 from tfsat_host.devices.arm_refusal import arm_refusal, store_defects
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.board_errors import BoardError
+from tfsat_host.devices.board_identity import DEVICE, Device
 from tfsat_host.devices.last_run import LastRun, Onset, StrokeStatus, last_run
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
-from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import refusal_name
 from tfsat_host.present.stored_settings import (
-    maneuver_as_dict,
+    MANEUVER,
+    STORED_SETTINGS,
     maneuver_words,
     origin_words,
     servo_words,
-    stored_settings_as_dict,
 )
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import JOINT_COUNT, MAX_STROKES, SWITCH_COUNT
@@ -42,9 +42,7 @@ class SequencerReport:
     """All that the sequencer says of itself at one time.
 
     Attributes:
-        device: Port and identity, for JSON.
-        description: Port and identity, for people.
-        natively: No board but the core on a computer: without image, stack of its own and fuses.
+        device: Port and identity.
         status: Its state.
         maneuver: What would fly.
         settings: Of the servos.
@@ -52,9 +50,7 @@ class SequencerReport:
         refusal: What the board would answer to ARM; None: it would accept, or is armed already.
     """
 
-    device: dict[str, str | None]
-    description: str
-    natively: bool
+    device: Device
     status: SequencerStatusReply
     maneuver: StoredManeuver
     settings: StoredSettings
@@ -76,14 +72,17 @@ class SequencerReport:
             refusal = arm_refusal(status, maneuver, settings.settings)
         return cls(
             board.device(),
-            f"{board.port}, {board.identity.describe()}",
-            board.identity.runs_natively,
             status,
             maneuver,
             settings,
             last_run(report, status, maneuver),
             refusal,
         )
+
+    @property
+    def natively(self) -> bool:
+        """Whether it is no board but the core on a computer: without image, stack of its own and fuses."""
+        return self.device.identity.runs_natively
 
     @property
     def may_be_armed(self) -> bool:
@@ -307,8 +306,8 @@ SEQUENCER: Columns = (
 """For JSON, of whatever has a sequencer's `status`."""
 SEQUENCER_JSON: Columns = (
     *SEQUENCER,
-    *fields("device attention reset_cause=status.reset_cause frames_rejected=status.frames_rejected"),
-    Column("arm_refusal", of=lambda report: report.refusal and error_as_dict(report.refusal)),
+    Column("device", columns=DEVICE),
+    *fields("attention reset_cause=status.reset_cause frames_rejected=status.frames_rejected"),
     Column("joint_angle_deg", of=lambda report: _joint_angles_deg(report.status)),
     Column("image_crc", of=_of_image(lambda report: f"{report.status.image_crc:08x}")),
     Column("ram_never_used_bytes", of=_of_image(lambda report: report.status.ram_never_used_bytes)),
@@ -326,9 +325,9 @@ SEQUENCER_JSON: Columns = (
             store: code.name.lower() for store, code in store_defects(report.status.stores_damaged).items()
         },
     ),
-    Column("maneuver", of=lambda report: maneuver_as_dict(report.maneuver)),
+    Column("maneuver", columns=MANEUVER),
     Column("run", columns=_RUN),
-    Column("settings", of=lambda report: stored_settings_as_dict(report.settings)),
+    Column("settings", columns=STORED_SETTINGS),
 )
 """A whole report for JSON."""
 SEQUENCER_FACTS: Columns = (
@@ -341,7 +340,7 @@ SEQUENCER_FACTS: Columns = (
 )
 """What a person reads first."""
 SEQUENCER_DETAILS: Columns = (
-    Column("", "Sequencer port", words=lambda report: report.description),
+    Column("", "Sequencer port", words=lambda report: report.device.describe()),
     *(
         Column("", f"Servo of joint {index + 1}", words=partial(_servo_words, index=index))
         for index in range(JOINT_COUNT)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
 
-from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
+from tfsat_host.devices.sequencer import StoredManeuver
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.protocol.messages import ServoSetting
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, columns_of, fields
 from tfsat_host.servo_settings import ServoSettings, limits_text
 from tfsat_host.units import US_PER_S
 
@@ -17,7 +16,7 @@ _STROKES: Columns = (
     Column("joint", of=lambda stroke: stroke[0]),
     Column("angle_deg", of=lambda stroke: stroke[1] / 100),
 )
-_MANEUVER: Columns = (
+MANEUVER: Columns = (
     Column("origin"),
     Column("strokes", columns=_STROKES),
     # Round an exact fraction: a binary quotient may fall on the wrong side of a half.
@@ -25,17 +24,21 @@ _MANEUVER: Columns = (
     Column("end_us"),
     Column("crc", of=lambda stored: f"{stored.crc:04x}"),
 )
+"""Every stroke and the end of a `StoredManeuver`, with its origin and CRC to tell it from another."""
 _SERVO: Columns = (
-    Column("zero_us"),
-    Column("us_per_deg", of=lambda servo: servo.ns_per_deg / 1000),
-    Column("reversed", of=lambda servo: bool(servo.reversed)),
-    Column("limits_deg", of=lambda servo: [servo.min_cdeg / 100, servo.max_cdeg / 100]),
+    Column("joint", of=lambda row: row[0]),
+    Column("zero_us", of=lambda row: row[1].zero_us),
+    Column("us_per_deg", of=lambda row: row[1].ns_per_deg / 1000),
+    Column("reversed", of=lambda row: bool(row[1].reversed)),
+    Column("limits_deg", of=lambda row: [row[1].min_cdeg / 100, row[1].max_cdeg / 100]),
 )
-
-
-def maneuver_as_dict(stored: StoredManeuver) -> dict[str, Any]:
-    """Return every stroke and the end of the maneuver, with its origin and CRC to tell it from another."""
-    return record(_MANEUVER, stored)
+SERVO_SETTINGS: Columns = (
+    Column("frame_ms", of=lambda settings: settings.frame_us / 1000),
+    Column("servos", of=lambda settings: list(enumerate(settings.servos, 1)), columns=_SERVO),
+)
+"""Of `ServoSettings`, under the keys of the settings' file."""
+STORED_SETTINGS: Columns = (*fields("origin generation"), *columns_of("settings", SERVO_SETTINGS))
+"""Of settings that a board stores, with their origin and how many it has stored."""
 
 
 def maneuver_words(stored: StoredManeuver) -> str:
@@ -58,17 +61,6 @@ def _strokes(stored: StoredManeuver) -> list[str]:
         f"{start_us / US_PER_S:.2f} s joint {joint} {angle_cdeg / 100:+g} deg"
         for joint, angle_cdeg, start_us in stored.strokes
     ]
-
-
-def settings_as_dict(settings: ServoSettings) -> dict[str, Any]:
-    """Return the settings under the keys of the settings' file."""
-    servos = [{"joint": joint, **record(_SERVO, servo)} for joint, servo in enumerate(settings.servos, 1)]
-    return {"frame_ms": settings.frame_us / 1000, "servos": servos}
-
-
-def stored_settings_as_dict(stored: StoredSettings) -> dict[str, Any]:
-    """Return settings that a board stores, with their origin and how many it has stored."""
-    return {**record(fields("origin generation"), stored), **settings_as_dict(stored.settings)}
 
 
 def origin_words(origin: Origin) -> str:

@@ -122,13 +122,13 @@ REMEDIES: dict[ErrorCode, tuple[str, str, Advice]] = {
     ),
     ErrorCode.RESET_WHILE_ARMED: (
         "The board restarted while it was armed, and a switch was open.",
-        "It does not know when the robot was released and will not move.",
-        Advice("Find out why, then disarm, seat the robot and arm."),
+        "The moment of the release is lost: no joint moves.",
+        Advice("Correct the cause of the restart, then ", NextStep("disarm"), ", seat the robot and arm again."),
     ),
     ErrorCode.RESET_WHILE_RUNNING: (
         "The board restarted while the maneuver ran.",
         "The rest of the maneuver was not flown.",
-        Advice("Find out why, then ", NextStep("disarm"), "."),
+        Advice("Correct the cause of the restart, then ", NextStep("disarm"), "."),
     ),
     ErrorCode.JOG_NOT_CONFIRMED: (
         "The jog did not carry its flag.",
@@ -208,7 +208,7 @@ REMEDIES: dict[ErrorCode, tuple[str, str, Advice]] = {
     ErrorCode.CARD_WRITE_PROTECTED: (
         "The card forbids writing.",
         "Only the newest seconds stay, in the logger's RAM, until its power goes.",
-        Advice("Put in another card: its own registers say so, and no switch on it changes that."),
+        Advice("Put in another card: the write protection is set in the card's registers, no switch changes it."),
     ),
     ErrorCode.CARD_UNREADABLE: (
         "The card has no file system that the logger knows.",

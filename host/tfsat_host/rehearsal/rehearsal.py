@@ -15,6 +15,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
+from tfsat_host.quantity import record
 from tfsat_host.rehearsal import rehearsed_drop as drops
 from tfsat_host.rehearsal import series as many
 from tfsat_host.rehearsal.day import Preflight
@@ -23,7 +24,7 @@ from tfsat_host.rehearsal.faults.fault_catalog import faults_named
 from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.rehearsal.judgement import JudgedDay
 from tfsat_host.rehearsal.rehearsed_drop import Drop
-from tfsat_host.rehearsal.result import RehearsalResult, with_quick_look
+from tfsat_host.rehearsal.result import REHEARSAL, RehearsalResult, with_quick_look
 from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.series import Series
 from tfsat_host.rehearsal.series_result import TABLE, SeriesResult, write_series
@@ -199,7 +200,7 @@ class Rehearsal:
                 notices,
             )
             # The summary comes last: writing it seals the folder with the hashes of all files.
-            run_folder.write_summary(result.as_dict())
+            run_folder.write_summary(record(REHEARSAL, result))
         for stale in run_folder.removed:
             notices.note(f"Removed {stale}: it was made of the recording that this one replaces.")
         return result

@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.board_errors import BoardError
 from tfsat_host.devices.last_run import holds_what_flew
 from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.emulated.emulated_robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot

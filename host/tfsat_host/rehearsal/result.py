@@ -6,33 +6,28 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite, nan
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.error_columns import error_columns
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.quick_look import QuickLook, disagreements, quick_look, reached_deg
 from tfsat_host.evaluation.result.drop_result import JOINTS, STROKES, joints
 from tfsat_host.exit_code import ExitCode
-from tfsat_host.json_values import error_as_dict, jsonable
 from tfsat_host.maneuver import Schedule
+from tfsat_host.maneuver.schedule import STROKES as SCHEDULED
 from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import Notices
 from tfsat_host.preflight.preflight_check import CHECK
 from tfsat_host.protocol.limits import SWITCH_COUNT
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.rehearsal.day import DROPPED, NoGo
 from tfsat_host.rehearsal.judgement import JUDGED_FAULT, JudgedDay, moved_deg, outcome_missed
 from tfsat_host.rehearsal.rehearsed_drop import HOOK_S, Drop
 from tfsat_host.rehearsal.truth import Truth
-from tfsat_host.rehearsal.truth_comparison import (
-    COMPARED,
-    EstimateAndTruth,
-    compare_with_truth,
-    turned_rad,
-)
+from tfsat_host.rehearsal.truth_comparison import COMPARED, EstimateAndTruth, compare_with_truth, turned_rad
 from tfsat_host.robot import RobotModel
 from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, ROBOT
@@ -240,11 +235,6 @@ class RehearsalResult:
         complete = self.log is not None and self.log.verdict == "complete"
         return 0 if self.judged.good and complete and by_design else ExitCode.DATA_LOSS
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the object of `--json`, which `summary.json` keeps."""
-        result: dict[str, Any] = jsonable(record(REHEARSAL, self))
-        return result
-
 
 def schedule_notices(schedule: Schedule) -> tuple[str, ...]:
     """List the notices about a schedule that a person should read before it flies."""
@@ -258,16 +248,6 @@ def _refusal_text(result: RehearsalResult) -> str | None:
 
 def _preflight_text(result: RehearsalResult) -> str | None:
     return None if result.preflight_go is None else "go" if result.preflight_go else "no-go"
-
-
-def _of_sequencer(name: str) -> Column:
-    """Column of the sequencer's status after the landing; None: it does not respond."""
-    return Column(name, of=lambda result: result.drop.sequencer and getattr(result.drop.sequencer, name))
-
-
-def _of_log(name: str) -> Column:
-    """Column of the recording; None: there is none."""
-    return Column(name, of=lambda result: None if result.log is None else getattr(result.log, name))
 
 
 def _choose(columns: Columns, keys: str) -> Columns:
@@ -299,7 +279,7 @@ _QUICK_LOOK = fields(
 )
 REHEARSAL: Columns = (
     *fields("sequencer as_filed"),
-    Column("schedule", of=lambda result: result.schedule.as_rows()),
+    Column("schedule", of="schedule.strokes", columns=SCHEDULED),
     *fields("end_s=schedule.end_s seed=truth.seed"),
     Column("robot", of="filed", columns=fields("name file=path")),
     Column("imu", of=lambda result: result.truth.imu or None),
@@ -309,8 +289,7 @@ REHEARSAL: Columns = (
     Column("verified", of=lambda result: result.drop.upload is not None),
     Column("preflight", of=_preflight_text),
     Column(
-        "preflight_file",
-        of=lambda result: None if result.preflight_go is None else result.folder / PREFLIGHT,
+        "preflight_file", of=lambda result: None if result.preflight_go is None else result.folder / PREFLIGHT
     ),
     Column("no_go", of=lambda result: [check.name for check in result.drop.blocking]),
     Column("no_go_checks", of="drop.blocking", columns=CHECK),
@@ -320,29 +299,26 @@ REHEARSAL: Columns = (
         of=lambda result: result.drop.refused and ("preflight" if result.refused_by_preflight else "board"),
     ),
     *fields("setbacks=drop.setbacks"),
-    Column("sequencer_state", of=lambda result: result.drop.sequencer and result.drop.sequencer.state),
-    *map(_of_sequencer, ("knocks", "false_releases")),
+    *fields("sequencer_state=drop.sequencer.state knocks=drop.sequencer.knocks"),
+    *fields("false_releases=drop.sequencer.false_releases"),
     # The flight: recording and truth.
     *fields("initial_rate_deg_s"),
     Column("initial_rate_body", of=lambda _: 3),
     *fields("simulate_command"),
-    _of_log("verdict"),
+    *fields("verdict=log.verdict"),
     Column("recording_from", of=lambda result: "ram" if result.drop.from_ram else "card"),
     Column("samples", of=lambda result: 0 if result.log is None else len(result.log)),
-    *map(_of_log, ("samples_lost", "rate_hz")),
+    *fields("samples_lost=log.samples_lost rate_hz=log.rate_hz"),
     *fields("strokes_s reorientation_true_deg=true_turn_deg reorientation_true_until_s=true_until_s"),
     Column("no_release", of="missing_release", columns=_MISSING_RELEASE),
     # The evaluation, and the truth next to it.
     Column("evaluation", of="evaluated", columns=_EVALUATION),
-    Column(
-        "evaluation_refused",
-        of=lambda result: result.judged.refusal and error_as_dict(result.judged.refusal),
-    ),
+    Column("evaluation_refused", of="judged.refusal", columns=error_columns),
     Column("compared", columns=COMPARED),
     Column("quick_look", columns=_QUICK_LOOK),
     *fields("warnings files"),
 )
-"""The object of `rehearse --json`, of a `RehearsalResult`."""
+"""The object of `rehearse --json`, which `summary.json` keeps, of a `RehearsalResult`."""
 
 
 def with_quick_look(result: RehearsalResult, notices: Notices) -> RehearsalResult:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
@@ -14,6 +13,7 @@ from tfsat_host.calibration.certificate.recordings_archive import (
     recordings_folder,
     write_certificate,
 )
+from tfsat_host.json_values import format_json
 from tfsat_host.maneuver import Maneuver, format_maneuver
 from tfsat_host.output_files import was_made_with
 from tfsat_host.plan.facility import load_tower
@@ -165,7 +165,7 @@ class RunFolder(ResultFolder):
 
     def write_summary(self, result: Mapping[str, Any]) -> None:
         """Writes `summary.json`, the command's result."""
-        (self.path / SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        (self.path / SUMMARY).write_text(format_json(result), encoding="utf-8")
         self.seal()
 
 

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -213,10 +212,6 @@ class SeriesResult:
         as_planned = self.verdicts["good"] == self.runs and not self.missed_outcomes
         return 0 if as_planned else ExitCode.DATA_LOSS
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the object of `--json`, which `runs.json` keeps."""
-        return record(SERIES, self)
-
 
 def _of_verdict(level: str) -> Column:
     return Column(level, of=lambda result: result.verdicts[level])
@@ -246,7 +241,7 @@ SERIES: Columns = (
     Column("distributions", columns=DISTRIBUTION),
     Column("refused", columns=fields("number seed why=refused")),
 )
-"""The object of `rehearse --runs --json`, of a `SeriesResult`."""
+"""The object of `rehearse --runs --json`, which `runs.json` keeps, of a `SeriesResult`."""
 
 
 def write_series(folder: ResultFolder, maneuver: Maneuver, result: SeriesResult) -> None:
@@ -256,7 +251,7 @@ def write_series(folder: ResultFolder, maneuver: Maneuver, result: SeriesResult)
         folder.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
         folder.file(ROBOT).write_bytes(robot)
         folder.file(TABLE).write_text(_table(result.outcomes), encoding="utf-8")
-        folder.file(SUMMARY).write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
+        folder.file(SUMMARY).write_text(json.dumps(record(SERIES, result), indent=1) + "\n", encoding="utf-8")
         folder.seal()
 
 

@@ -2,10 +2,9 @@
 
     Path("report.html").write_text(render(document), encoding="utf-8")
 
-`tfsat_host.report.document` names the parts of a document.
+`tfsat_host.report.contents.document_builder` makes a document of evaluated drops.
 """
 
-from tfsat_host.report.document import Document
 from tfsat_host.report.page import render
 
-__all__ = ["Document", "render"]
+__all__ = ["render"]

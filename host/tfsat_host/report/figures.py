@@ -18,8 +18,7 @@ from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.plotting import load_matplotlib
 from tfsat_host.report.contents.chart import AXES, WORDS, Chart, Kind, Line
 from tfsat_host.report.contents.charts import charts_of
-from tfsat_host.report.contents.event_marks import events_of
-from tfsat_host.report.document import Event
+from tfsat_host.report.contents.event_marks import EventMark, events_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -128,7 +127,7 @@ class FigureData:
     """
 
     charts: Mapping[str, Chart]
-    events: Sequence[Event]
+    events: Sequence[EventMark]
     t_s: FloatArray
     window_s: tuple[float, float]
 
@@ -286,13 +285,12 @@ def draw_lines(
             )
 
 
-def over_time(axes: Axes, events: Sequence[Event], window_s: tuple[float, float]) -> None:
+def over_time(axes: Axes, events: Sequence[EventMark], window_s: tuple[float, float]) -> None:
     """Format the time axis and shade the strokes."""
     # Spans lie below the lines and their bands.
     for event in events:
-        if event["kind"] == "stroke" and event["until_s"] is not None:
-            span = (event["t_s"], event["until_s"])
-            axes.axvspan(*span, color=STROKE_COLOR, alpha=STROKE_ALPHA, lw=0.0, zorder=0.5)
+        if event.kind == "stroke" and event.until_s is not None:
+            axes.axvspan(event.t_s, event.until_s, color=STROKE_COLOR, alpha=STROKE_ALPHA, lw=0.0, zorder=0.5)
     axes.set_xlim(*window_s)
 
 

@@ -158,10 +158,10 @@ def _words(drop: ReportedDrop, stamp: Stamp) -> Channel:
     level = kind.of.INFO if verdict.level == "good" else kind.of.WARNING
     lines = [(0.0, level, text) for text in (f"{verdict.level}: {verdict.sentence}", *verdict.reasons)]
     for event in events_of(drop.evaluation):
-        severity = kind.of.WARNING if event["kind"] == "gap" else kind.of.INFO
-        lines.append((event["t_s"], severity, event["label"]))
-        if event["until_s"] is not None:
-            lines.append((event["until_s"], severity, f"{event['label']}: ends"))
+        severity = kind.of.WARNING if event.kind == "gap" else kind.of.INFO
+        lines.append((event.t_s, severity, event.label))
+        if event.until_s is not None:
+            lines.append((event.until_s, severity, f"{event.label}: ends"))
     # A stable sort: the verdict stays above the release, which is at the same time.
     lines.sort(key=lambda line: line[0])
     t_us = _t_us(drop.evaluation, np.array([t_s for t_s, _, _ in lines]))

@@ -18,7 +18,6 @@ from typing import Any
 
 from tfsat_host.next_step import NextStep
 from tfsat_host.quantity import number, plus_minus
-from tfsat_host.report.document import Document, Drop, KeyNumber, PageTable
 from tfsat_host.report.document_rounding import clean
 
 _LIBRARIES = ("uplot.min.js", "twgl.min.js")
@@ -84,7 +83,7 @@ _PAGE = """<!doctype html>
 """
 
 
-def render(document: Document) -> str:
+def render(document: Mapping[str, Any]) -> str:
     """Render the page of a document, to be written as UTF-8.
 
     NaN and infinity become gaps; strings beyond 2000 characters are cut, and say so.
@@ -94,7 +93,7 @@ def render(document: Document) -> str:
         TypeError: The document holds something that JSON cannot.
     """
     js, css = script(), style()
-    cut: Document = clean(document)
+    cut = clean(document)
     return _PAGE.format(
         policy=_policy(js, css),
         style=css,
@@ -165,13 +164,13 @@ def embeddable(document: Mapping[str, Any]) -> str:
     return text.translate(_HARMLESS)
 
 
-def without_script(document: Document) -> str:
+def without_script(document: Mapping[str, Any]) -> str:
     """Render all drops for browsers without JavaScript; every string of the document is escaped."""
     lacking = [f"<p>{_text(sentence)}</p>" for sentence in document.get("lacking", ())]
     return "\n".join([f"<h1>{_text(document['title'])}</h1>", *lacking, *map(_drop, document["drops"])])
 
 
-def _drop(drop: Drop) -> str:
+def _drop(drop: Mapping[str, Any]) -> str:
     verdict = drop["verdict"]
     reasons = "".join(f"<li>{_text(reason)}</li>" for reason in verdict["reasons"])
     numbers = "".join(
@@ -185,14 +184,14 @@ def _drop(drop: Drop) -> str:
     )
 
 
-def _table(table: PageTable) -> str:
+def _table(table: Mapping[str, Any]) -> str:
     rows = [table["columns"], *table["rows"]]
     cells = ("".join(f"<td>{_text(cell)}</td>" for cell in row) for row in rows)
     body = "".join(f"<tr>{row}</tr>" for row in cells)
     return f"<table><caption>{_text(table['title'])}</caption>{body}</table>"
 
 
-def _figure(key_number: KeyNumber) -> str:
+def _figure(key_number: Mapping[str, Any]) -> str:
     value, std = key_number["value"], key_number["std"]
     if value is None:
         return "–"

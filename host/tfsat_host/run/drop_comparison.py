@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tfsat_host.error_columns import error_columns
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.com_fit.cross_validation import (
     CombinedOffsets,
@@ -20,15 +20,14 @@ from tfsat_host.evaluation.com_fit.cross_validation import (
     find_trusted_drops,
     left_aside,
 )
-from tfsat_host.evaluation.result.comparison_result import COMPARISON, comparison_tables
-from tfsat_host.evaluation.verdict import Verdict, refusal_verdict
+from tfsat_host.evaluation.result.comparison_result import comparison_tables
+from tfsat_host.evaluation.verdict import VERDICT, Verdict, refusal_verdict
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices
-from tfsat_host.quantity import Column, Columns, Table, record
+from tfsat_host.quantity import Column, Columns, Table
 from tfsat_host.robot import RobotModel
 from tfsat_host.run import drop_evaluation
-from tfsat_host.run.drop_evaluation import EvaluatedRun
+from tfsat_host.run.drop_evaluation import EVALUATED_RUN, EvaluatedRun
 from tfsat_host.run.files import EvaluationOptions, run_files
 
 
@@ -44,13 +43,18 @@ class Refused:
         """What it is worth."""
         return refusal_verdict(self.error)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the refused drop as a dict for `--json`."""
-        error = error_as_dict(self.error)
-        return {"drop": str(self.place), "verdict": self.verdict.as_dict(), "error": error}
 
-
+_REFUSED: Columns = (
+    Column("drop", of=lambda refused: str(refused.place)),
+    Column("verdict", columns=VERDICT),
+    Column("error", columns=error_columns),
+)
 Tried = EvaluatedRun | Refused
+
+
+def tried_columns(attempt: Tried) -> Columns:
+    """Return the columns of an attempt for `--json`."""
+    return _REFUSED if isinstance(attempt, Refused) else EVALUATED_RUN
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,20 +65,17 @@ class DropSummary:
     run: EvaluatedRun | None
 
 
-def _angle(key: str, label: str, of: str, std: str = "") -> Column:
-    def angle_deg(source: str) -> Callable[[DropSummary], float | None]:
-        take = attrgetter(f"run.found.{source}")
-        return lambda drop: None if drop.run is None else float(np.rad2deg(take(drop)))
-
-    return Column(key, label, of=angle_deg(of), std=angle_deg(std) if std else "")
-
-
 DROPS: Columns = (
     Column("drop", "drop", of="name"),
     Column("verdict", "verdict", of=lambda drop: "failed" if drop.run is None else drop.run.verdict.level),
-    _angle("reorientation_deg", "reorientation", "reorientation.angle_rad", "reorientation.std_rad"),
-    _angle("before_deg", "nominal error", "explained.nominal.error.final_norm_rad"),
-    _angle("after_deg", "fitted error", "explained.fitted.error.final_norm_rad"),
+    Column(
+        "reorientation_deg",
+        "reorientation",
+        of="run.found.reorientation.angle_rad",
+        std="run.found.reorientation.std_rad",
+    ),
+    Column("before_deg", "nominal error", of="run.found.explained.nominal.error.final_norm_rad"),
+    Column("after_deg", "fitted error", of="run.found.explained.fitted.error.final_norm_rad"),
 )
 """Of several drops, a line each."""
 
@@ -165,10 +166,6 @@ class Comparison:
         doubt = "" if self.combined is None else self.combined.contradiction()
         self.doubts: tuple[str, ...] = (doubt,) if doubt else ()
         self.remarks: tuple[str, ...] = (*self.doubts, *left_aside(drops))
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the comparison as a dict for `--json`, under `comparison`."""
-        return record(COMPARISON, self)
 
     def tables(self, names: Sequence[str]) -> list[Table]:
         """Build the tables of the common correction and of each drop's fit under the others' correction.

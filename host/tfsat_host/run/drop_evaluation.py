@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
+from tfsat_host import __version__
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.errors import TfsatError, UsageError
@@ -15,13 +15,13 @@ from tfsat_host.evaluation.camera import read_tracks, read_video_marks
 from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.result.evaluation_tables import EVALUATION
-from tfsat_host.evaluation.verdict import Verdict, verdict_of
+from tfsat_host.evaluation.verdict import VERDICT, Verdict, verdict_of
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.notices import SILENT, Notices, printable, recordings_lines
+from tfsat_host.notices import SILENT, Notices, printable
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
-from tfsat_host.quantity import Column, Columns, json_objects, record
+from tfsat_host.quantity import Column, Columns, columns_of, fields
 from tfsat_host.robot import RobotModel, find_robot, load_robot
 from tfsat_host.run.certificate_check import (
     CERTIFICATE_STATE,
@@ -44,7 +44,7 @@ from tfsat_host.run.files import (
 from tfsat_host.run.held_maneuver import find_commanded
 from tfsat_host.run.recorded_landing import time_of_day
 from tfsat_host.sdlog import DropLog, load
-from tfsat_host.sdlog.log_summary import metadata
+from tfsat_host.sdlog.log_summary import recordings_lines
 
 _NO_MANEUVER = (
     "No maneuver is known: what the strokes were meant to be, and how far the sequencer's clock runs off, is not "
@@ -56,10 +56,7 @@ _NO_CERTIFICATE = Advice("No calibration was found. To measure one: ", NextStep(
 _RECORDING: Columns = (
     Column("file", of=lambda run: str(run.files.recording)),
     Column("session", of=lambda run: f"{run.found.log.session:08x}"),
-    Column(
-        "released",
-        of=lambda run: run.recorded and run.recorded.isoformat(timespec="milliseconds"),
-    ),
+    Column("released", of=lambda run: run.recorded and run.recorded.isoformat(timespec="milliseconds")),
     Column("samples", of=lambda run: len(run.found.log)),
     *(Column(key, of=f"found.log.{key}") for key in ("verdict", "samples_lost", "blocks_lost", "rate_hz")),
 )
@@ -89,23 +86,20 @@ class EvaluatedRun:
     remarks: tuple[str, ...]
     options: EvaluationOptions = AS_FOUND
 
-    @property
-    def calibration_facts(self) -> Any:
-        """For `--json`, as `decode` has it."""
-        return json_objects(CERTIFICATE_STATE, self.held and self.held.state)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the evaluation for `--json`: plain numbers, lists and text, NaN where a value is unknown."""
-        return {
-            "drop": str(self.place),
-            "verdict": self.verdict.as_dict(),
-            **record(EVALUATION, self.found),
-            "notes": [*self.found.notes, *self.remarks],
-            "calibration": self.calibration_facts,
-            "maneuver": None if self.files.maneuver is None else str(self.files.maneuver),
-            "robot": self.found.model.name,
-            "recording": record(_RECORDING, self),
-        }
+EVALUATED_RUN: Columns = (
+    Column("drop", of=lambda run: str(run.place)),
+    Column("verdict", columns=VERDICT),
+    *columns_of("found", EVALUATION),
+    Column("notes", of=lambda run: [*run.found.notes, *run.remarks]),
+    Column("calibration", of="held.state", columns=CERTIFICATE_STATE),
+    Column("maneuver", of=lambda run: run.files.maneuver and str(run.files.maneuver)),
+    *fields("robot=found.model.name"),
+    Column("recording", of=lambda run: run, columns=_RECORDING),
+)
+"""Of an evaluated drop, for `--json`."""
+MADE_BY: Columns = (Column("made_by", of=lambda _: f"tfsat-host evaluate {__version__}"),)
+"""Begins the object of `evaluate --json`; see `files.EVALUATION_MARKER`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +255,7 @@ def _name_robot(recording: Path, robot: RobotModel, notices: Notices) -> None:
 def _read(file: Path, session: int | None, notices: Notices) -> DropLog:
     with notices.progress(f"Reading {printable(file)}", total=1.0) as advance:
         log = load(file, session=session, progress=advance)
-    for line in recordings_lines(metadata(log), printable(file), "evaluate", "Evaluated"):
+    for line in recordings_lines(log, printable(file), "evaluate", "Evaluated"):
         notices.note(line)
     return log
 

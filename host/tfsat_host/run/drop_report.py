@@ -11,16 +11,15 @@ from itertools import chain
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.evaluation.verdict import VERDICT
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.plotting import check_matplotlib
-from tfsat_host.quantity import Column, Columns, fields
+from tfsat_host.quantity import Column, Columns, Table, fields
 from tfsat_host.report import render
 from tfsat_host.report.contents.document_builder import ReportedDrop, Source, document_of
-from tfsat_host.report.contents.document_builder import table as page_table
-from tfsat_host.report.document import PageTable
 from tfsat_host.report.figures import FIGURES, FORMATS, drawn_of, write_figure
 from tfsat_host.report.figures import MARKER as FIGURE_MARKER
 from tfsat_host.report.foxglove_export import MARKER as MCAP_MARKER
@@ -78,15 +77,11 @@ class Report:
 _REPORTED: Columns = (
     Column("name", of=lambda drop: drop[0].name),
     Column("run", of=lambda drop: drop[1].place),
-    Column("verdict", of=lambda drop: drop[1].verdict.as_dict()),
+    Column("verdict", of=lambda drop: drop[1].verdict, columns=VERDICT),
 )
 REPORT: Columns = (
     *fields("report=page files"),
-    Column(
-        "drops",
-        of=lambda report: list(zip(report.drops, report.runs, strict=True)),
-        columns=_REPORTED,
-    ),
+    Column("drops", of=lambda report: list(zip(report.drops, report.runs, strict=True)), columns=_REPORTED),
     Column("refused", columns=fields("run=place what=error.what")),
 )
 """Of `report --json`."""
@@ -140,7 +135,7 @@ def report(
         )
     drops = [report_drop(files.names[run.files.recording], run) for run in runs]
     compared = Comparison.of(runs)
-    tables = [] if compared is None else together(drops, compared)
+    tables = [] if compared is None else compared.tables([drop.name for drop in drops])
     without = [explain_absence(refusal.place, refusal.error) for refusal in refused]
     written = files.write(drops, tables, without, notices, made_at)
     return Report(files.page, written, drops, runs, refused, compared)
@@ -215,7 +210,7 @@ class ReportFiles:
     def write(
         self,
         drops: Sequence[ReportedDrop],
-        tables: Sequence[PageTable],
+        tables: Sequence[Table],
         without: Sequence[str],
         notices: Notices,
         made_at: datetime | None = None,
@@ -278,14 +273,6 @@ def report_drop(name: str, run: EvaluatedRun) -> ReportedDrop:
     return ReportedDrop(
         name, run.found, run.verdict, sha256, certificate, run.remarks, sources, run.options.as_arguments()
     )
-
-
-def together(drops: Sequence[ReportedDrop], compared: Comparison) -> list[PageTable]:
-    """Build the page's tables of the drops' combined results on the model.
-
-    `drops` are those that are compared, in order.
-    """
-    return [page_table(table) for table in compared.tables([drop.name for drop in drops])]
 
 
 def explain_absence(place: Path, refusal: TfsatError) -> str:

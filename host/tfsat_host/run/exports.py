@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.next_step import NextStep
 from tfsat_host.output_files import OutputFile, was_made_with, write_all
 
 if TYPE_CHECKING:
     from tfsat_host.present.output import Output
+    from tfsat_host.run.certificate_check import CertificateState
     from tfsat_host.sdlog import DropLog
 
 FORMATS = ("csv", "npz", "mat", "parquet", "mcap")
@@ -115,30 +116,25 @@ def _write_mcap(log: DropLog, path: Path) -> None:
     write_mcap(log, path, body_frames(log, load_robot()))
 
 
-def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str, Any]:
+def held_calibration(
+    log: DropLog, named: Path | None, out: Output
+) -> tuple[CertificateState | None, float | None]:
     """Report the calibration that would apply, the objections to it, and the gyros' rest time, as notes.
 
     The landing of the recording is written into a certificate of the same sensors. Neither the exit code nor
     the recording's own warnings depend on the calibration.
 
     Returns:
-        `calibration` (None: there is none) and `quiet_s` for `--json`.
+        The calibration's state, and for how long the gyros rested before the release, in s; None where there is none.
     """
-    from tfsat_host.quantity import json_objects
-    from tfsat_host.run.certificate_check import (
-        CERTIFICATE_STATE,
-        hold_against,
-        origin_of_log,
-        report_certificate,
-    )
+    from tfsat_host.run.certificate_check import hold_against, origin_of_log, report_certificate
     from tfsat_host.run.files import find_certificate
 
     file = find_certificate(named, log.path.parent, Path(), emulated=origin_of_log(log.header).emulated)
     state = None
     if file is not None:
         state = report_certificate(lambda: hold_against(log, file, out).state, file, out, "recording")
-    facts = json_objects(CERTIFICATE_STATE, state)
-    return {"calibration": facts, "quiet_s": _quiet_s(log, file, out)}
+    return state, _quiet_s(log, file, out)
 
 
 def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:

@@ -1,159 +1,29 @@
-"""A recording's way from the logger into a file of this computer, and what the file is worth."""
+"""A recording's way from the logger into a file of this computer."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
-from typing import Any
 
-from tfsat_host import sdlog
-from tfsat_host.devices.client import BoardError, board_error
+from tfsat_host.devices.board_errors import BoardError, board_error
 from tfsat_host.devices.log_copies import FetchedLogs, PartialLog, sha256_if_same
-from tfsat_host.devices.log_transfer import RAM, Listing, Outcome, copy_name, entry_words
+from tfsat_host.devices.log_transfer import RAM, Listing, copy_name, entry_words
 from tfsat_host.devices.logger import STOP_TIMEOUT_S, LoggerClient
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.present.logger_state import clock_words
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import DropPhase, ErrorCode, LoggerState
-from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import ErrorReply, LogEntry, LogReadRequest
-from tfsat_host.quantity import Column, Columns, columns_of, fields
 from tfsat_host.run.held_maneuver import HeldManeuver, copy_note, find_note, note_held
-from tfsat_host.sdlog.log_errors import LogError
-from tfsat_host.sdlog.log_summary import summary
-from tfsat_host.units import US_PER_S
+from tfsat_host.run.recording_copy import Copy, size_words
 from tfsat_host.user_folders import NoUserFolder
 
 FALL_WAIT_S = 15.0
 """RAM takes a drop until 5 s after the release at the earliest and a second after the landing."""
 # end_capture() waits for nothing: for so long the listing may still be refused as WRONG_STATE.
 _ENDING_S = 2.0
-_DECODED = ("verdict", "samples", "samples_lost", "blocks_lost", "duration_s", "rate_hz")
-
-
-def _clock_iso(unix_us: int) -> str | None:
-    # 0 stands for a logger whose clock was not set.
-    if not unix_us:
-        return None
-    return datetime.fromtimestamp(unix_us / US_PER_S).astimezone().isoformat(timespec="milliseconds")
-
-
-def size_words(blocks: int) -> str:
-    """Format the size of a number of blocks in KiB or MiB."""
-    n_bytes = blocks * BLOCK_BYTES
-    return f"{n_bytes / 2**20:.1f} MiB" if n_bytes >= 2**20 else f"{n_bytes / 2**10:.1f} KiB"
-
-
-def which_words(entry: LogEntry) -> str:
-    """Return the recording's identifier as typed on the command line."""
-    return "ram" if entry.number == RAM else str(entry.number)
-
-
-ENTRIES: Columns = (
-    Column("number", "number", words=which_words),
-    Column("in_ram", of=lambda entry: entry.number == RAM),
-    Column("name", "file", of=copy_name, words=lambda e: "(in RAM)" if e.number == RAM else copy_name(e)),
-    Column(
-        "start",
-        "start",
-        of=lambda entry: _clock_iso(entry.wall_clock_us),
-        words=lambda entry: clock_words(entry.wall_clock_us),
-    ),
-    Column(
-        "bytes",
-        "size",
-        of=lambda entry: entry.blocks * BLOCK_BYTES,
-        words=lambda entry: size_words(entry.blocks),
-    ),
-    Column("closed", "closed", of=lambda entry: bool(entry.closed)),
-    Column("session", "session", of=lambda entry: f"{entry.session:08x}"),
-)
-"""Recordings on a card."""
-
-
-@dataclass
-class Copy:
-    """One recording on this computer.
-
-    Attributes:
-        entry: As listed.
-        path: Where it is.
-        sha256: Of the file.
-        fetched: By this command; otherwise it was there already, unchanged.
-        resumed_blocks: Blocks that an earlier attempt had fetched.
-        outcome: What became of its blocks.
-        maneuver: The note beside it of what the sequencer held; None: not known.
-        facts: The decoded summary; empty where nothing can be decoded.
-        warnings: What is lost or doubtful.
-    """
-
-    entry: LogEntry
-    path: Path
-    sha256: str = ""
-    fetched: bool = True
-    resumed_blocks: int = 0
-    outcome: Outcome = field(default_factory=Outcome)
-    maneuver: Path | None = None
-    facts: dict[str, Any] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
-
-    def judge(self, listing: Listing) -> None:
-        """Adds what the file is worth, by decoding it; where nothing can be, whether RAM has something."""
-        name = entry_words(self.entry)
-        # Keep the two apart: an unreadable block is zeros in the copy, a torn one has the card's own bytes.
-        for blocks, what in (
-            (self.outcome.unreadable, "the card does not read them; the copy has zeros there"),
-            (self.outcome.torn, "their CRC does not match: they are torn on the card itself"),
-        ):
-            if blocks:
-                listed = ", ".join(map(str, blocks[:8])) + (", …" if len(blocks) > 8 else "")
-                self.warnings.append(f"{name}, {len(blocks)} blocks ({listed}): {what}.")
-        # A copy may be right byte for byte and yet hold no block that can be decoded.
-        try:
-            self.facts = summary(sdlog.load(self.path))
-            self.warnings += self.facts["warnings"]
-        except LogError as error:
-            self.warnings.append(
-                f"{name} was copied whole, but it cannot be decoded. {error.what} {error.meaning}"
-            )
-            # RAM's ring may hold samples of this very session that never reached the card.
-            if self.entry.number != RAM and any(
-                other.number == RAM and other.session == self.entry.session for other in listing.entries
-            ):
-                self.warnings.append(
-                    Advice("RAM has samples of that recording: ", NextStep("log fetch", ("ram",)))
-                )
-
-    def show(self, out: Output) -> None:
-        """Print the copy's summary for people."""
-        how = "every block checked" if self.fetched else "fetched before, unchanged"
-        size = size_words(self.entry.blocks)
-        out.line(f"{self.path}: {size}, session {self.entry.session:08x}, {how}.")
-        if facts := self.facts:
-            rate = "unknown rate" if facts["rate_hz"] is None else f"{facts['rate_hz']:.2f} Hz"
-            out.line(
-                f"  {facts['verdict']}: {facts['samples']} samples in {facts['duration_s']:.3f} s, {rate}, "
-                f"{facts['samples_lost']} lost"
-            )
-            out.line(Advice("  ", NextStep("decode", (str(self.path),))))
-
-
-def _decoded(name: str) -> Column:
-    return Column(name, of=lambda copy: copy.facts.get(name))
-
-
-COPY: Columns = (
-    *columns_of("entry", ENTRIES),
-    *fields("file=path fetched sha256 resumed_blocks torn_blocks=outcome.torn"),
-    *fields("unreadable_blocks=outcome.unreadable maneuver warnings"),
-    *map(_decoded, _DECODED),
-)
-"""A recording on this computer, for `--json`."""
 
 
 def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from tfsat_host import __version__
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.maneuver import Defect, ManeuverError, Schedule, read_maneuver, schedule_maneuver
 from tfsat_host.next_step import Advice, NextStep
@@ -19,8 +18,6 @@ ROBOTS = REAL, EMULATED, UNKNOWN = ("real", "emulated", "unknown")
 """Whether a robot fell, or an emulated one did, as in a rehearsal: by the logger's own words in the recording."""
 PREFLIGHT = "preflight.json"
 CERTIFICATE, EMULATED_CERTIFICATE = "calibration.toml", "calibration-emulated.toml"
-MADE_BY_EVALUATE = {"made_by": f"tfsat-host evaluate {__version__}"}
-"""Begins the object of `evaluate --json`."""
 EVALUATION_MARKER = b'"made_by": "tfsat-host evaluate'
 """By which an evaluation that was written to a file is known."""
 CORRECTED_MARKER = b"# Corrected robot, by tfsat-host evaluate"

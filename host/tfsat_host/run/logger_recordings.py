@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.board_errors import BoardError
+from tfsat_host.devices.board_identity import DEVICE, Device
 from tfsat_host.devices.log_copies import FetchedLogs
 from tfsat_host.devices.log_transfer import RAM, entry_words
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.error_columns import error_columns
 from tfsat_host.errors import RefusedError
-from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.logger_state import card_words
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows
 from tfsat_host.protocol.messages import LogEntry, LoggerStatusReply
 from tfsat_host.quantity import UNKNOWN, Column, Columns, columns_of, fields
-from tfsat_host.run.fetched_log import ENTRIES, pick, which_words
+from tfsat_host.run.fetched_log import pick
+from tfsat_host.run.recording_copy import ENTRIES, which_words
 
 RAM_WARNING = Advice(
     "RAM HOLDS A DROP THAT NO CARD HAS. It is gone with the logger's power: keep it on, and type: ",
@@ -48,13 +50,13 @@ class LoggerRecordings:
         recordings: As the logger lists them.
         status: The logger's.
         card_error: Why the card's are not listed.
-        device: The logger, as `--json` names it.
+        device: The logger.
     """
 
     recordings: list[ListedRecording]
     status: LoggerStatusReply
     card_error: BoardError | None
-    device: dict[str, Any]
+    device: Device
 
     @classmethod
     def of(cls, logger: LoggerClient) -> Self:
@@ -81,8 +83,8 @@ RECORDINGS: Columns = (
     Column("logs", of="recordings", columns=_LISTED),
     Column("ram_holds_drop", of=lambda logger: bool(logger.status.ram_holds_drop)),
     *fields("card=status.card card_free_mib=status.card_free_mib"),
-    Column("card_error", of=lambda logger: logger.card_error and error_as_dict(logger.card_error)),
-    Column("device"),
+    Column("card_error", columns=error_columns),
+    Column("device", columns=DEVICE),
 )
 """Of `log list --json`."""
 
@@ -93,14 +95,15 @@ class ErasedRecording:
 
     entry: LogEntry
     copy: Path | None
-    device: dict[str, Any]
+    device: Device
     sentence: str
 
 
 ERASED: Columns = (
     *columns_of("entry", ENTRIES),
     Column("erased", of=lambda _: True),
-    *fields("copy device"),
+    *fields("copy"),
+    Column("device", columns=DEVICE),
 )
 """Of `log erase --json`."""
 

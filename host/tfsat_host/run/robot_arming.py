@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from tfsat_host.calibration.steps.evidence import Origin
+    from tfsat_host.devices.board_identity import Device
     from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
     from tfsat_host.run.certificate_check import CertificateState
 
@@ -59,12 +60,14 @@ class ArmedSequencer:
         recording: Whether the drop will be on the logger's card; None: it was not asked, or did not say.
         calibration: State of the certificate; None without one.
         at_start_pose: Whether the measured joints are; None: not measured.
+        device: The sequencer and its port.
     """
 
     maneuver: StoredManeuver
     recording: bool | None
     calibration: CertificateState | None
     at_start_pose: bool | None
+    device: Device
 
 
 def arm(
@@ -117,7 +120,7 @@ def arm(
     if session is not None:
         held_maneuver = HeldManeuver(maneuver, sequencer.identity.serial, has_flown=False)
         note_held(held_maneuver, session, "arm", operator.note)
-    return ArmedSequencer(maneuver, recording, calibration, at_start_pose)
+    return ArmedSequencer(maneuver, recording, calibration, at_start_pose, sequencer.device())
 
 
 def _demand_the_word(operator: Operator) -> None:

@@ -17,9 +17,10 @@ import numpy as np
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
+from tfsat_host.quantity import record
 
 from .droplog import SENSORS_PER_JOINT, DropLog, rows_of
-from .log_summary import metadata
+from .log_summary import METADATA
 
 NPZ_MARKER = b"made by tfsat-host decode"
 """The archive's comment: how the command knows a file of its own."""
@@ -60,7 +61,7 @@ _INFO_FIELDS = (
 
 def write_npz(log: DropLog, path: Path) -> None:
     """Write what `numpy.load` reads; `json.loads(str(file["metadata"]))` gives the metadata."""
-    text = np.array(json.dumps(metadata(log)))
+    text = np.array(json.dumps(record(METADATA, log)))
     with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
         for name in _COLUMNS:
             with _member(archive, name) as member:
@@ -162,7 +163,7 @@ def _info(log: DropLog) -> dict[str, Any]:
 
     The complete metadata is in `metadata_json`.
     """
-    facts = metadata(log)
+    facts = record(METADATA, log)
     return _as_matlab({name: facts[name] for name in _INFO_FIELDS}) | {
         "doubts": np.array(facts["doubts"], object),
         "header": _as_matlab(facts["header"]),

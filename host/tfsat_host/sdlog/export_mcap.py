@@ -26,10 +26,11 @@ from numpy.typing import NDArray
 
 from tfsat_host.arrays import BoolArray, FloatArray, IntArray
 from tfsat_host.protocol.limits import IMU_COUNT
+from tfsat_host.quantity import record
 
 from .droplog import SENSORS_PER_JOINT, CountColumn, DropLog, physical_columns
 from .log_errors import check_extra
-from .log_summary import metadata, warnings
+from .log_summary import METADATA, warnings
 
 MCAP_MARKER = b"made by tfsat-host decode"
 """The library's name in the file's first record: how the command knows a file of its own."""
@@ -239,7 +240,7 @@ def _stamp(message: Any, t_us: int, offset_us: int) -> None:
 
 def _texts(log: DropLog, frames: BodyFrames, offset_us: int) -> dict[str, str]:
     """Return the metadata as text; values that are not strings are written as JSON."""
-    facts = metadata(log) | {
+    facts = record(METADATA, log) | {
         "clock": "unix" if offset_us else "since power-up",
         "quick_look": list(frames.notes),
     }

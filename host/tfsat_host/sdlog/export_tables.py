@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.arrays import IntArray
+from tfsat_host.quantity import record
 
 from .droplog import EVENT_COLUMNS, CountColumn, DropLog, flag_columns, physical_columns
 from .log_errors import check_extra
-from .log_summary import metadata
+from .log_summary import METADATA
 
 _CHUNK_ROWS = 8192
 _INDEX_COLUMNS = ("sample", "t_us", "t_s")
@@ -240,5 +241,5 @@ def _writer(
             for name in schema.names
             if name.endswith(tuple(_UNITS))
         }
-        facts = metadata(log) | {"units": units, "made": PARQUET_MARKER.decode()}
+        facts = record(METADATA, log) | {"units": units, "made": PARQUET_MARKER.decode()}
         writer.add_key_value_metadata({METADATA_KEY: json.dumps(facts)})

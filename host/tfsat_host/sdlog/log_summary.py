@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass
 from math import isfinite
-from typing import Any
+from operator import itemgetter
 
 import numpy as np
 
 from tfsat_host.arrays import BoolArray
-from tfsat_host.notices import printable
+from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.notices import printable, utc
 from tfsat_host.protocol.limits import FALL_US, RING_BLOCKS
 from tfsat_host.protocol.messages import LogFooter, LogHeader
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, columns_of, fields
 
 from .contradictions import two_releases
 from .droplog import SENSORS_PER_JOINT, DropLog
@@ -60,20 +62,6 @@ def _columns_of(kind: type) -> Columns:
 
 def _hex(value: int) -> str:
     return f"{value:08x}"
-
-
-def _header_facts(log: DropLog) -> dict[str, Any]:
-    schema = log.header.schema.rstrip(b"\0").decode("ascii", errors="replace")
-    more = {"schema": schema, "is_copy": log.header_is_copy, "time_us": log.header_time_us}
-    return _field_values(log.header) | more
-
-
-def _field_values(protocol_record: LogHeader | LogFooter) -> dict[str, Any]:
-    """Return a protocol record's fields; bytes as hexadecimal text."""
-    return {
-        name: value.hex() if isinstance(value, bytes) else list(value) if isinstance(value, tuple) else value
-        for name, value in asdict(protocol_record).items()
-    }
 
 
 def count_late_samples(log: DropLog) -> LateSamples:
@@ -224,6 +212,14 @@ def _gap_line(log: DropLog, gap: Gap) -> str:
     return f"  {start} to {end}: {gap.samples} samples{cause}, {gap.blocks} block{'' if gap.blocks == 1 else 's'}"
 
 
+_HEADER: Columns = (
+    *columns_of("header", _columns_of(LogHeader)),
+    Column("schema", of=lambda log: log.header.schema.rstrip(b"\0").decode("ascii", errors="replace")),
+    *fields("is_copy=header_is_copy time_us=header_time_us"),
+)
+_FOOTER: Columns = (*_columns_of(LogFooter), Column("stop_reason", of=lambda footer: int(footer.stop_reason)))
+_EVENT_KEYS = ("t_us", "t_s", "name", "index", "arg", "value")
+_EVENT: Columns = tuple(Column(name, of=itemgetter(place)) for place, name in enumerate(_EVENT_KEYS))
 METADATA: Columns = (
     Column("source", of=lambda log: printable(log.path.name)),
     Column("session", of=lambda log: _hex(log.session)),
@@ -245,17 +241,14 @@ METADATA: Columns = (
     # JSON has no NaN.
     Column("rate_hz", of=lambda log: log.rate_hz if isfinite(log.rate_hz) else None),
     *fields("release_us release_uncertainty_us"),
-    Column("release_interval_us", of=lambda log: log.release and log.release.interval_us),
-    *fields("t_s_origin doubts"),
-    Column("header", of=_header_facts),
+    *fields("release_interval_us=release.interval_us t_s_origin doubts"),
+    Column("header", of=lambda log: log, columns=_HEADER),
     *fields("unix_offset_us"),
-    Column("footer", of=lambda log: log.footer and _field_values(log.footer)),
+    Column("footer", columns=_FOOTER),
     Column("set_aside", columns=_columns_of(SetAside)),
     Column("gaps", columns=_columns_of(Gap)),
     Column("late_samples", of=count_late_samples, columns=_columns_of(LateSamples)),
-    Column(
-        "events", of=lambda log: [asdict(event) | {"t_s": log.seconds(event.t_us)} for event in log.events]
-    ),
+    Column("events", of=lambda log: log.event_rows(), columns=_EVENT),
 )
 """All that `DropLog` holds besides its columns; bytes as hexadecimal text, except the schema."""
 SUMMARY: Columns = (
@@ -266,11 +259,38 @@ SUMMARY: Columns = (
 )
 
 
-def metadata(log: DropLog) -> dict[str, Any]:
-    """Return a recording's metadata as its files hold it."""
-    return record(METADATA, log)
+_RECORDINGS_LISTED = 20
+_CHOSEN = {
+    "asked for": "which was asked for",
+    "time of day": "the newest by the time of day in the headers",
+    "header": "the first in the file that has a header, without which nothing can be decoded",
+    "place": "the first in the file, because not every one of them tells its time of day",
+}
 
 
-def summary(log: DropLog) -> dict[str, Any]:
-    """Return the metadata, the samples per sensor and the warnings as `decode --json` prints them."""
-    return record(SUMMARY, log)
+def recordings_lines(
+    log: DropLog, file: object, command: str = "decode", verb: str = "Decoded"
+) -> Iterator[str]:
+    """Yield lines that list a file's several recordings, the one taken and how to get another.
+
+    Args:
+        log: The recording taken.
+        file: The file's name.
+        command: The command that asks.
+        verb: The verb for what it did with that recording.
+    """
+    others = len(log.other_sessions)
+    if not others:
+        return
+    yield f"{file} holds {others + 1} recordings. {verb}: {_hex(log.session)}, {_CHOSEN[log.chosen_by]}."
+    listed = log.recordings[:_RECORDINGS_LISTED]
+    for recording in listed:
+        started = "-" if recording.started_unix_us is None else utc(recording.started_unix_us)
+        whole = "whole" if recording.has_end else "without an end"
+        yield (
+            f"  {_hex(recording.session)}  {started:<23}  about {recording.samples} samples in "
+            f"{recording.blocks} blocks, {whole if recording.is_unbroken else 'parts of it'}"
+        )
+    if others + 1 > len(listed):
+        yield f"  … and {others + 1 - len(listed)} more (--json names them)."
+    yield Advice("Another one: ", NextStep(command, (str(file), "--session", "ID")))

@@ -7,7 +7,7 @@ import pytest
 from tests.arduino_sequencer.avr.flight import assert_maneuver_flown, run_until_lines_are_low
 from tests.fixtures.sequencer.board import AvrBoard, ResetCause
 from tests.fixtures.sequencer.cable import OLD, connect
-from tfsat_host.devices.client import BoardRefusal
+from tfsat_host.devices.board_errors import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState

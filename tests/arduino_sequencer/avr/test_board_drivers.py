@@ -11,9 +11,10 @@ import pytest
 from tests.fixtures.sequencer.board import AvrBoard, ResetCause
 from tests.fixtures.sequencer.cable import connect
 from tests.fixtures.sequencer.pulses import pulses
-from tfsat_host.present.boards_status import BoardsStatus
+from tfsat_host.present.boards_status import BOARDS, BoardsStatus
 from tfsat_host.present.sequencer_state import SequencerReport
 from tfsat_host.protocol import enums
+from tfsat_host.quantity import record
 
 HOLD_WIDTH_NS = 1_000_000
 WDTCSR, WATCHDOG_TIMEOUT_BITS, ONE_SECOND = 0x60, 0x27, 0x06
@@ -55,7 +56,7 @@ def test_status_warns_of_a_brown_out_fuse_as_sold(
     sequencer.power(False)
     sequencer.power(True)
     status = BoardsStatus(SequencerReport.ask(connect(sequencer)), None, {})
-    state = status.as_json()["sequencer"]
+    state = record(BOARDS, status)["sequencer"]
     assert state["brown_out_v"] == brown_out_v
     assert [attention_text in text and "docs/wiring.md" in text for text in state["attention"]] == [
         True

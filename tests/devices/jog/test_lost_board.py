@@ -9,11 +9,13 @@ from itertools import pairwise
 import pytest
 
 from tests.devices.scripted import Answer, ScriptedTransport, hello, reply
-from tfsat_host.devices.jogging import Jog, JogClient, JogError
+from tfsat_host.devices.jog_path import Jog, JogError
+from tfsat_host.devices.jogging import JogClient
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import ResetCause, SequencerState
 from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.limits import JOG_IDLE_MS
+from tfsat_host.quantity import record
 
 
 class Board:
@@ -116,7 +118,7 @@ def test_why_the_board_ended_the_jog_is_told_by_its_uptime(uptime_ms: int, what:
     assert what in error.what and error.what.endswith("It is safe.")
     assert error.meaning.startswith("Joint 1 was last commanded to 1 deg and was let go.")
     assert meaning in error.meaning
-    assert error.details == {"joint": 1, "last_angle_deg": 1.0}
+    assert record(error.columns, error) == {"joint": 1, "last_angle_deg": 1.0}
     # The next command is from where the joint is now.
     assert "--from 1 goes on" in error.next_step
 

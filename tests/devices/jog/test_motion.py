@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tfsat_host.devices.client import BoardRefusal
-from tfsat_host.devices.jogging import ORDER_S, Jog, JogClient, JogEnd, JogError, JogRefused
+from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.jog_path import Jog, JogEnd, JogError, JogRefused
+from tfsat_host.devices.jogging import ORDER_S, JogClient
 from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
 from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

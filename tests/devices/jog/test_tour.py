@@ -11,8 +11,9 @@ import pytest
 from tests.devices.jog.test_lost_board import Board
 from tests.devices.jog.test_motion import angles_deg, fastest_deg_s, go_on, is_limp
 from tests.devices.scripted import ScriptedTransport
-from tfsat_host.devices.client import BoardRefusal
-from tfsat_host.devices.jogging import JogClient, JogEnd, JogError, JogRefused, JogTour
+from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.jog_path import JogEnd, JogError, JogRefused, JogTour
+from tfsat_host.devices.jogging import JogClient
 from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.devices.log_transfer.bench import Bench
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.board_errors import BoardError
 from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import CardError, LoggerClient, ram_seconds
 from tfsat_host.emulated.fault_injection import CardDefect

@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 import pytest
 
 from tests.devices.log_transfer.bench import Bench
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.board_errors import BoardError
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.logger_configuration import bus_arithmetic, check, rate_max_hz
 from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot

@@ -10,7 +10,8 @@ from typing import cast
 import pytest
 
 from tests.devices.log_transfer.bench import Bench
-from tfsat_host.devices.client import BoardError, Client, board_error
+from tfsat_host.devices.board_errors import BoardError, board_error
+from tfsat_host.devices.client import Client
 from tfsat_host.devices.log_transfer import (
     RAM,
     READINGS,

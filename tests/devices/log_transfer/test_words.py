@@ -14,7 +14,7 @@ from tfsat_host.present.recording_text import event_words
 from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.quantity import Quantity, record
-from tfsat_host.run.fetched_log import Copy
+from tfsat_host.run.recording_copy import Copy
 from tfsat_host.sdlog import DropEvent
 
 

@@ -21,7 +21,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tests.emulated.served import TIMEOUT_S, Served
-from tfsat_host.devices.client import BoardRefusal
+from tfsat_host.devices.board_errors import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.present.monitor_view import UNCALIBRATED

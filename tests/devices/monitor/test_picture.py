@@ -88,7 +88,7 @@ def test_alarms_stand_at_the_top_with_their_words(picture: Picture, width: int, 
     text = " ".join(" ".join(lines).split())
     assert lines[0].startswith("SEQUENCER FAULT: The board restarted while it was armed")
     for words in (
-        "then disarm, seat the robot and arm.",
+        "seat the robot and arm again.",
         "RESTARTS: the sequencer restarted 1 x while armed.",
         "LOGGER ERROR: ",
         "DROPPED: 3 samples of the recording.",

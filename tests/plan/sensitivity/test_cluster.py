@@ -21,7 +21,7 @@ _STUDY = ("sensitivity", 59, 70, "--samples", 501, "--seed", 4)
 
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(on_cluster.run_on_cluster.__kwdefaults__ or {}, "answer_s", 1.0)
+    monkeypatch.setattr(on_cluster, "ANSWER_S", 1.0)
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,6 @@ from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE
-from tfsat_host.report.contents.chart import plot_of
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.contents.replay import replay_of
 from tfsat_host.robot import RobotModel
@@ -59,7 +58,6 @@ _BUILDER = "tfsat_host.report.contents.document_builder"
 _CACHED_BUILDERS = {
     f"{_BUILDER}.charts_of": _once(charts_of, lambda evaluation: evaluation.motion),
     f"{_BUILDER}.replay_of": _once(replay_of, lambda evaluation: evaluation.motion),
-    f"{_BUILDER}.plot_of": _once(plot_of),
 }
 
 

@@ -200,6 +200,12 @@ def test_samples_that_were_lost_are_named(quick_run: Path) -> None:
     remove_blocks(quick_run / "SD.bin", 3.0, 3.5)
     output = command("bundle", "run", expect=3)
     assert "samples are lost" in output.words and " 0 lost" not in output.words
+    # On this screen the file as it lies here; in the manifest, for readers elsewhere, the bundle's own.
+    quick_run.rename("elsewhere")
+    assert "missing: tfsat-host decode elsewhere/SD.bin" in command("bundle", "elsewhere", expect=3).words
+    with zipfile.ZipFile("elsewhere.tfsat.zip") as opened:
+        (doubt,) = json.loads(opened.read("manifest.json"))["doubts"]
+    assert doubt.endswith("What is missing: tfsat-host decode run/SD.bin")
 
 
 def test_what_a_rehearsal_did_not_leave_so_is_named(quick_run: Path) -> None:

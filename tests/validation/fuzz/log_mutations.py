@@ -20,8 +20,9 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.enums import EventCode
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import BlockHeader
+from tfsat_host.quantity import record
 from tfsat_host.sdlog import DropLog, LogError, load
-from tfsat_host.sdlog.log_summary import summary, warnings
+from tfsat_host.sdlog.log_summary import SUMMARY, warnings
 
 NEW, OLD = 0x1234ABCD, 0x0BADCAFE
 _OPEN = ALL_VALID | 0x0C00
@@ -251,7 +252,7 @@ def check(data: bytes, path: Path) -> str:
     _check_sane(log)
     # A right CRC over wrong contents cannot be detected: only sanity is asked for.
     if card.resealed:
-        json.dumps(summary(log))
+        json.dumps(record(SUMMARY, log))
         return f"resealed: {log.verdict}"
     _check_true(log)
     return log.verdict

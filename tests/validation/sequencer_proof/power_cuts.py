@@ -13,7 +13,7 @@ from tests.fixtures.sequencer.board import AvrBoard
 from tests.fixtures.sequencer.cable import Cable, connect
 from tests.validation.campaign import Broken
 from tests.validation.sequencer_proof.bench import Bench, power_up, stack_never_used
-from tfsat_host.devices.client import BoardRefusal
+from tfsat_host.devices.board_errors import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, Origin

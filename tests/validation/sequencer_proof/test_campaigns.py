@@ -62,7 +62,7 @@ from tests.validation.sequencer_proof.releases import (
 from tests.validation.sequencer_proof.resets import HANG, Moment, hang_board, reset_board
 from tests.validation.sequencer_proof.signals import CYCLES_PER_US
 from tests.validation.sequencer_proof.waiting import knocks, long_wait
-from tfsat_host.devices.client import BoardRefusal
+from tfsat_host.devices.board_errors import BoardRefusal
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 

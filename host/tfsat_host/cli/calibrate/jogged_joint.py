@@ -12,7 +12,7 @@ from tfsat_host.calibration.steps.step import servo as servo_step
 from tfsat_host.cli.calibrate.bench import Bench
 from tfsat_host.cli.calibrate.person import drawn_or_lines, warn_of_losses
 from tfsat_host.cli.stopping import stop_wish, suspend_now
-from tfsat_host.devices.jogging import JogInterrupted, JogTour, from_the_start
+from tfsat_host.devices.jog_path import JogInterrupted, JogTour, from_the_start
 from tfsat_host.errors import RefusedError
 from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.servo_settings import ServoSettings

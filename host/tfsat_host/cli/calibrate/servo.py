@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from tfsat_host.calibration.review import CERTIFICATE
 from tfsat_host.calibration.servos.servo_findings import (
@@ -13,6 +14,7 @@ from tfsat_host.calibration.servos.servo_findings import (
     PLACES,
     RESIDUALS,
     VISITS,
+    ServoResiduals,
     ServoVisit,
     average_places,
     commanded_deg,
@@ -29,11 +31,61 @@ from tfsat_host.cli.calibrate.flow import open_campaign
 from tfsat_host.cli.calibrate.jogged_joint import measure_servo
 from tfsat_host.next_step import Advice
 from tfsat_host.present.output import NotConfirmed, Output
-from tfsat_host.present.stored_settings import comparison, servo_words, settings_as_dict
+from tfsat_host.present.stored_settings import SERVO_SETTINGS, comparison, servo_words
 from tfsat_host.present.terminal import sentences, show_facts, show_table
-from tfsat_host.quantity import Table, record, records
+from tfsat_host.quantity import Column, Columns, Table, fields, record
 from tfsat_host.robot import load_robot
 from tfsat_host.servo_settings import ServoSettings
+
+
+@dataclass(frozen=True, eq=False)
+class UploadedSettings:
+    """Settings that the board has stored now: whether they are others than before, and fit its maneuver."""
+
+    written: bool
+    maneuver_fits: bool
+
+
+@dataclass(frozen=True, eq=False)
+class ServoResult:
+    """A servo that was measured.
+
+    Attributes:
+        joint: 1 to 3.
+        visits: Where it was.
+        servo_map: From pulses to angles.
+        before: Settings that the board had.
+        after: Settings that follow from the map.
+        file: The certificate.
+        uploaded: None: the board keeps its settings.
+    """
+
+    joint: int
+    visits: Sequence[ServoVisit]
+    servo_map: ServoMap
+    before: ServoSettings
+    after: ServoSettings
+    file: Path
+    uploaded: UploadedSettings | None = None
+
+    @property
+    def residuals(self) -> ServoResiduals:
+        """What deviations the new settings leave."""
+        return predict_residuals(self.servo_map, self.after.of(self.joint))
+
+
+_SETTINGS: Columns = (Column("before", columns=SERVO_SETTINGS), Column("after", columns=SERVO_SETTINGS))
+_MEASURED: Columns = (
+    *fields("joint"),
+    Column("points", of="visits", columns=VISITS),
+    Column("map", of="servo_map", columns=MAP),
+    Column("settings", of=lambda result: result, columns=_SETTINGS),
+    Column("left", of="residuals", columns=RESIDUALS),
+    Column("uploaded", of=lambda result: result.uploaded is not None and result.uploaded.written),
+    Column("verified", of=lambda result: result.uploaded is not None),
+    *fields("file"),
+)
+_UPLOADED: Columns = (*_MEASURED, *fields("maneuver_fits=uploaded.maneuver_fits"))
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -59,15 +111,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
         ]
         _show_map(servo_map, visits, out)
         after = settings_from_map(servo_map, before)
-        result = {
-            "joint": args.joint,
-            "points": records(VISITS, visits),
-            "map": record(MAP, servo_map),
-            **_upload(servo_map, before, after, bench, args, out),
-            "file": campaign.certificate,
-        }
+        result = ServoResult(args.joint, visits, servo_map, before, after, campaign.certificate)
+        result = replace(result, uploaded=_upload(result, bench, args, out))
         show_facts(CERTIFICATE, campaign, out)
-    out.result(result)
+    out.result(record(_UPLOADED if result.uploaded else _MEASURED, result))
     return 0
 
 
@@ -81,40 +128,28 @@ def _show_map(servo_map: ServoMap, visits: Sequence[ServoVisit], out: Output) ->
 
 
 def _upload(
-    servo_map: ServoMap,
-    before: ServoSettings,
-    after: ServoSettings,
-    bench: Bench,
-    args: argparse.Namespace,
-    out: Output,
-) -> dict[str, Any]:
+    result: ServoResult, bench: Bench, args: argparse.Namespace, out: Output
+) -> UploadedSettings | None:
     """Puts the new settings on the board unless `--no-upload`; says what error is left."""
-    joint = servo_map.joint
+    before, after = result.before, result.after
     out.table(*comparison(after, before), title="Servo settings")
-    residuals = predict_residuals(servo_map, after.of(joint))
-    result = {
-        "settings": {"before": settings_as_dict(before), "after": settings_as_dict(after)},
-        "left": record(RESIDUALS, residuals),
-        "uploaded": False,
-        "verified": False,
-    }
     if args.no_upload:
         out.line("Sequencer: settings unchanged. With the new ones:")
-        show_facts(RESIDUALS, residuals, out)
-        return result
+        show_facts(RESIDUALS, result.residuals, out)
+        return None
     if after != before:
         try:
             out.confirm(
                 "Store the new settings on the sequencer?",
                 meaning="The measurement is kept; the sequencer keeps its servo settings. "
-                f"By the calibration, joint {joint} needs {servo_words(after.of(joint))}.",
+                f"By the calibration, joint {result.joint} needs {servo_words(after.of(result.joint))}.",
             )
         except NotConfirmed as error:
             next_step = Advice("To resume from the measurement: ", resume_command(args))
             raise error.with_words(next_step=next_step) from None
     upload = bench.jog.write_settings(after)
     fits = warn_of_misfit(bench.jog, after, out)
-    already = " (there already)" if not upload.written else ""
+    already = "" if upload.written else " (there already)"
     out.line(f"Sequencer: settings stored, read back identical{already}")
-    show_facts(RESIDUALS, residuals, out)
-    return {**result, "uploaded": upload.written, "verified": True, "maneuver_fits": fits}
+    show_facts(RESIDUALS, result.residuals, out)
+    return UploadedSettings(upload.written, fits)

@@ -137,7 +137,7 @@ EVALUATION: Columns = (
     *MODEL,
     Column("checks", columns=CHECKS),
     Column("causes", columns=CAUSES),
-    Column("left_out", of=lambda evaluation: evaluation.left_out and evaluation.left_out.name),
+    *fields("left_out=left_out.name"),
     Column("bodies", of=bodies, columns=BODIES),
     Column("joints", of=joints, columns=JOINTS),
     Column("until_s", of=lambda evaluation: float(evaluation.motion.t_s[-1])),

@@ -22,6 +22,8 @@ _TO_GO_WEIGHT = 1.3
 # loops more.
 _MAX_COST_RATIO = 1.5
 _LOOPS_MORE = 2.0
+_BEAM_WIDTH = 32
+"""Chains kept per level of the search."""
 
 
 class Route(NamedTuple):
@@ -72,11 +74,10 @@ def search(
     goal_rad: float,
     *,
     most: int,
-    width: int = 32,
 ) -> Route:
     """Find the fastest chain by beam search, never slower than the lookup's if that reaches the goal.
 
-    Each level of the search appends every primitive to each of the `width` most promising chains: those
+    Each level of the search appends every primitive to each of the `_BEAM_WIDTH` most promising chains: those
     with the least time so far plus, weighted, the estimated time to go.
 
     Args:
@@ -85,7 +86,6 @@ def search(
         needed: (4,) rotation from the present attitude to the target, body axes.
         goal_rad: Greatest permissible remaining angle.
         most: Most primitives in the chain.
-        width: Chains kept per level.
 
     Returns:
         The chain; if none reaches the goal, the one that comes nearest.
@@ -105,7 +105,7 @@ def search(
         to_go = time_to_go.seconds(after)
         # Without an incumbent a generous multiple of the estimate ends hopeless searches.
         limit = best.duration_s if best.remaining_rad <= goal_rad else patience_s
-        survivors = _select_promising(after, spent, to_go, limit, width)
+        survivors = _select_promising(after, spent, to_go, limit)
         if not len(survivors):
             break
         # The flat index counts parents fastest: remainder and quotient are parent and primitive.
@@ -131,13 +131,11 @@ def _better(best: Route, after: FloatArray, spent: FloatArray, chains: IntArray,
     return Route(chain, float(remaining[index]), float(spent[index]))
 
 
-def _select_promising(
-    after: FloatArray, spent: FloatArray, to_go: FloatArray, limit: float, width: int
-) -> IntArray:
-    """Indices of the `width` best states that take less than `limit` by the estimate and differ from one another."""
+def _select_promising(after: FloatArray, spent: FloatArray, to_go: FloatArray, limit: float) -> IntArray:
+    """Indices of the `_BEAM_WIDTH` best states that take less than `limit` by the estimate and differ."""
     worth = spent + _TO_GO_WEIGHT * to_go
     # Take sixteen candidates a place: many of them fall into the same cell below.
-    count = min(16 * width, len(worth))
+    count = min(16 * _BEAM_WIDTH, len(worth))
     few = np.argpartition(worth, count - 1)[:count]
     few = few[np.argsort(worth[few], kind="stable")]
     few = few[spent[few] + to_go[few] < limit]
@@ -145,4 +143,4 @@ def _select_promising(
     cells = np.round(quaternion.logarithm(after[:, few]) / _SAME_RAD).astype(np.int64)
     _, first = np.unique(cells, axis=1, return_index=True)
     # `unique` orders by cell; sorting its indices restores the order of worth.
-    return np.asarray(few[np.sort(first)][:width])
+    return np.asarray(few[np.sort(first)][:_BEAM_WIDTH])

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, replace
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -179,17 +178,12 @@ def _format_strokes(step: Step) -> str:
     return " ".join(words)
 
 
-def _strokes(step: Step) -> list[dict[str, Any]]:
-    return [{"joint": joint + 1, "angle_deg": math.degrees(angle)} for joint, angle in step.primitive.strokes]
-
-
+_STROKE: Columns = (
+    Column("joint", of=lambda stroke: stroke[0] + 1),
+    Column("angle_deg", of=lambda stroke: math.degrees(stroke[1])),
+)
 _STEP: Columns = (
-    Column(
-        "strokes",
-        "joint:angle / deg",
-        of=_strokes,
-        words=_format_strokes,
-    ),
+    Column("strokes", "joint:angle / deg", of="primitive.strokes", words=_format_strokes, columns=_STROKE),
     *fields("duration_s=primitive.duration_s predicted_xyzw attitude_xyzw measured_xyzw"),
     Column("error_deg", "error"),
     Column("measured_error_deg", "measured"),

@@ -9,7 +9,7 @@ from zlib import crc32
 
 import numpy as np
 
-from tfsat_host.quantity import Column, Columns, fields
+from tfsat_host.quantity import Columns, fields
 from tfsat_host.rehearsal.day import Day
 from tfsat_host.rehearsal.truth import Truth
 
@@ -204,8 +204,5 @@ def mismatch(
 
 FAULT: Columns = fields("name what moment=moment.typed when=moment.value outcome=outcome.value")
 """Of a fault, for JSON."""
-SIZE: Columns = (
-    Column("size", of=lambda fault: fault.size and fault.size.value),
-    Column("unit", of=lambda fault: fault.size and fault.size.unit),
-)
+SIZE = fields("size=size.value unit=size.unit")
 """None of a fault that has no size."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import nan
-from typing import Any
 
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.quantity import Column, fields, records
+from tfsat_host.quantity import UNKNOWN, Column, Columns, fields
 from tfsat_host.rehearsal.faults import (
     board_faults,
     card_faults,
@@ -123,21 +122,16 @@ def _fault_of_size(fault: Fault, size_text: str) -> Fault:
     return fault.resize(replace(own, value=value))
 
 
-def list_faults() -> tuple[list[dict[str, Any]], tuple[Sequence[str], Sequence[Sequence[str]]]]:
-    """List all faults, for JSON and as a table for people."""
-    moments = Column(
-        "moments", of=lambda fault: {when.typed: what.value for when, what in fault.outcomes.items()}
-    )
-    rows = [
-        (
-            fault.name,
-            "–" if fault.size is None else str(fault.size),
-            fault.what,
-            fault.moment.typed,
-            words_of(fault.outcomes),
-            fault.outcome.value,
-        )
-        for fault in FAULTS
-    ]
-    heads = ("fault", "size", "what happens", "moment", "moments", "outcome")
-    return records((*FAULT, moments, *fields("complete noticed"), *SIZE), FAULTS), (heads, rows)
+FAULT_OF_CATALOG: Columns = (
+    *FAULT,
+    Column("moments", of=lambda fault: {when.typed: what.value for when, what in fault.outcomes.items()}),
+    *fields("complete noticed"),
+    *SIZE,
+    Column("", "fault", words=lambda fault: fault.name),
+    Column("", "size", words=lambda fault: UNKNOWN if fault.size is None else str(fault.size)),
+    Column("", "what happens", words=lambda fault: fault.what),
+    Column("", "moment", words=lambda fault: fault.moment.typed),
+    Column("", "moments", words=lambda fault: words_of(fault.outcomes)),
+    Column("", "outcome", words=lambda fault: fault.outcome.value),
+)
+"""Of each of `FAULTS`, for JSON and as a table for people."""

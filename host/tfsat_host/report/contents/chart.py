@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, Literal
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.spectra import ComparedSpectra
-from tfsat_host.report.document import Plot, PlotSeries
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.report.document_rounding import round_line, round_to_digits
 
 Kind = Literal["measured", "before", "after", "commanded"]
@@ -154,34 +154,6 @@ def spectrum_chart(
     )
 
 
-def plot_of(chart: Chart) -> Plot:
-    """Convert a chart to a plot of the document, its numbers rounded to what a plot can show."""
-    return Plot(
-        id=chart.id,
-        title=chart.title,
-        x_label=chart.x_label,
-        y_label=chart.y_label,
-        x=None if chart.x is None else round_to_digits(chart.x).tolist(),
-        log_x=chart.log_x,
-        log_y=chart.log_y,
-        band=None if chart.band is None else list(chart.band),
-        caption=chart.caption,
-        withheld=chart.withheld,
-        series=[_series(line, log=chart.log_y) for line in chart.lines],
-    )
-
-
-def _series(line: Line, *, log: bool) -> PlotSeries:
-    values, std = round_line(line.values, line.std, log=log)
-    return PlotSeries(
-        label=line.label,
-        values=numbers(values),
-        std=None if std is None else numbers(std),
-        component=line.component,
-        kind=line.kind,
-    )
-
-
 def numbers(values: FloatArray) -> list[Any]:
     """Convert (n, ...) values to lists for JSON, with None for NaN and infinity."""
     # As objects: an array of floats cannot hold None.
@@ -198,3 +170,25 @@ def pad_rows(rows: BoolArray, values: FloatArray) -> FloatArray:
     padded_values = np.full((len(rows), *values.shape[1:]), np.nan)
     padded_values[rows] = values
     return padded_values
+
+
+def _rounded_lines(chart: Chart) -> list[Line]:
+    """Return the lines with as many digits as a plot can show."""
+    rounded = ((line, *round_line(line.values, line.std, log=chart.log_y)) for line in chart.lines)
+    return [replace(line, values=values, std=std) for line, values, std in rounded]
+
+
+_LINE: Columns = (
+    *fields("label component kind"),
+    Column("values", of=lambda line: numbers(line.values)),
+    Column("std", of=lambda line: None if line.std is None else numbers(line.std)),
+)
+PLOT: Columns = (
+    *fields("id title x_label y_label log_x log_y band caption withheld"),
+    Column("x", of=lambda chart: None if chart.x is None else round_to_digits(chart.x)),
+    Column("series", of=_rounded_lines, columns=_LINE),
+)
+"""Of a chart, for the page: plots of the same `id` are laid over each other when there are several drops.
+
+Without `x` they are over the drop's `t_s`, and share cursor and zoom.
+"""

@@ -1,6 +1,6 @@
 """Evaluations as the one document that the page shows.
 
-drop = Reported("drop 1", found, verdict_of(found), sha256_of(found.log.path), certificate)
+drop = ReportedDrop("drop 1", found, verdict_of(found), sha256_of(found.log.path), certificate)
 page = render(document_of([drop], datetime.now(UTC)))
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -30,15 +30,17 @@ from tfsat_host.evaluation.result.first_screen import change_sentence, predictio
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.next_step import name_recording
 from tfsat_host.protocol.limits import PROTOCOL_HASH
-from tfsat_host.quantity import UNKNOWN, Column, Quantity
-from tfsat_host.report.contents.chart import plot_of
+from tfsat_host.quantity import UNKNOWN, Column, Columns, Quantity, fields, record
+from tfsat_host.report.contents.chart import PLOT
 from tfsat_host.report.contents.charts import charts_of
-from tfsat_host.report.contents.event_marks import events_of
-from tfsat_host.report.contents.replay import replay_of
+from tfsat_host.report.contents.event_marks import EVENT, events_of
+from tfsat_host.report.contents.replay import REPLAY, replay_of
 from tfsat_host.report.contents.withheld_curves import failed_check
-from tfsat_host.report.document import FORMAT, Document, Drop, Fold, KeyNumber, PageTable, PageVerdict
 
+FORMAT = 2
+"""Version of this layout; the page says so when it gets another one."""
 _HYPHEN = re.compile(r"(?:(?<=^)|(?<=[\s(]))-(?=\d)|(?<=\de)-(?=\d)")
 """Before a number, or its power of ten."""
 
@@ -88,65 +90,55 @@ class ReportedDrop:
     options: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class ReportPage:
+    """One page.
+
+    Attributes:
+        drops: One or more; their names differ.
+        made_at: Creation time with its time zone.
+        tables: Of all drops together.
+        lacking: Drops that were asked for and are missing, and why; a sentence or more each.
+    """
+
+    drops: Sequence[ReportedDrop]
+    made_at: datetime
+    tables: Sequence[quantity.Table]
+    lacking: Sequence[str]
+
+    @property
+    def title(self) -> str:
+        """The robots and the drops."""
+        robots = dict.fromkeys(drop.evaluation.model.name for drop in self.drops)
+        kind = "EMULATED " if any(drop.evaluation.log.is_emulated for drop in self.drops) else ""
+        return f"{kind}{', '.join(robots)}: {', '.join(drop.name for drop in self.drops)}"
+
+
 def document_of(
     drops: Sequence[ReportedDrop],
     made_at: datetime,
     *,
-    tables: Sequence[PageTable] = (),
+    tables: Sequence[quantity.Table] = (),
     lacking: Sequence[str] = (),
-) -> Document:
-    """Build one document of all drops.
+) -> dict[str, Any]:
+    """Build the JSON document that the page's script shows; see `ReportPage`.
 
-    Args:
-        drops: One or more; their names differ.
-        made_at: Creation time with its time zone; shown in the document.
-        tables: Tables about all drops together.
-        lacking: Drops that were asked for and are missing, and why; a sentence or more each.
+    Times are seconds after release, ascending. Wherever a number may be missing it is None; the page leaves a gap
+    there. Strings may come from a hostile log: the page shows them as text, whatever they hold.
     """
-    robots = dict.fromkeys(drop.evaluation.model.name for drop in drops)
-    kind = "EMULATED " if any(drop.evaluation.log.is_emulated for drop in drops) else ""
-    return Document(
-        format=FORMAT,
-        title=f"{kind}{', '.join(robots)}: {', '.join(drop.name for drop in drops)}",
-        made_by=f"tfsat-host {__version__}",
-        made_at=f"{made_at.astimezone(UTC):%Y-%m-%d %H:%M} UTC",
-        lacking=list(lacking),
-        tables=list(tables),
-        drops=[_drop(drop) for drop in drops],
-    )
+    return record(_PAGE, ReportPage(drops, made_at, tables, lacking))
 
 
-def _drop(drop: ReportedDrop) -> Drop:
+def _with_named_recording(drop: ReportedDrop) -> ReportedDrop:
+    """Return the drop with its recording in the commands: a reader elsewhere does not know of which they speak."""
     evaluation = drop.evaluation
-    verdict = drop.verdict
-    samples = evaluation.motion.samples
-    return Drop(
-        name=drop.name,
-        verdict=PageVerdict(
-            level=verdict.level, sentence=verdict.sentence, reasons=list(reasons_of(evaluation, verdict))
-        ),
-        prediction=table(prediction_table(evaluation)),
-        change=_HYPHEN.sub("−", change_sentence(evaluation)).replace(" ± ", "\u00a0±\u00a0"),
-        strokes=table(stroke_summary(evaluation)),
-        key_numbers=[key_number(key_quantity) for key_quantity in key_numbers_of(evaluation)],
-        notes=_notes(drop),
-        t_s=evaluation.motion.t_s.round(6).tolist(),
-        window_s=[0.0, samples.until_s],
-        events=events_of(evaluation),
-        plots=[plot_of(chart) for chart in charts_of(evaluation).values()],
-        replay=replay_of(evaluation) if evaluation.is_given() else None,
-        no_replay=""
-        if evaluation.is_given()
-        else f"Replay withheld: “{failed_check(evaluation)}” (check failed)",
-        tables=[
-            table(source_table)
-            for source_table in (
-                *tables_of(evaluation),
-                calibration_table(evaluation),
-                provenance_table(drop),
-            )
-        ],
+    checks = tuple(
+        replace(
+            check, next_step=check.next_step and name_recording(check.next_step, str(evaluation.log.path))
+        )
+        for check in evaluation.checks
     )
+    return replace(drop, evaluation=replace(evaluation, checks=checks))
 
 
 def _notes(drop: ReportedDrop) -> list[str]:
@@ -161,32 +153,16 @@ def _notes(drop: ReportedDrop) -> list[str]:
     return [note for note in dict.fromkeys(notes) if note not in drop.verdict.reasons]
 
 
-def table(source_table: quantity.Table) -> PageTable:
-    """Convert a table to the form that the page shows."""
-    columns = source_table.shown
-    page_table = PageTable(
-        title=source_table.title,
-        columns=[f"{column.label} ({column.unit})" if column.unit else column.label for column in columns],
-        rows=[[_text(column, row) for column in columns] for row in source_table.rows],
-        caption=source_table.caption,
-    )
-    if source_table.folded:
-        page_table["fold"] = Fold(first=len(source_table.rows) - source_table.folded, words=source_table.fold)
-    return page_table
+def _change_text(evaluation: Evaluation) -> str:
+    return _HYPHEN.sub("−", change_sentence(evaluation)).replace(" ± ", "\u00a0±\u00a0")
 
 
-def key_number(key_quantity: Quantity) -> KeyNumber:
-    """Convert a quantity to a key number of the page, with None for values that are not finite."""
-    entry = KeyNumber(
-        label=key_quantity.label,
-        value=_finite(key_quantity.value),
-        std=_finite(key_quantity.std) if math.isfinite(key_quantity.value) else None,
-        unit=key_quantity.unit,
-        note=key_quantity.note,
-    )
-    if key_quantity.group:
-        entry["row"] = key_quantity.group
-    return entry
+def _why_no_replay(evaluation: Evaluation) -> str:
+    return "" if evaluation.is_given() else f"Replay withheld: “{failed_check(evaluation)}” (check failed)"
+
+
+def _tables(drop: ReportedDrop) -> list[quantity.Table]:
+    return [*tables_of(drop.evaluation), calibration_table(drop.evaluation), provenance_table(drop)]
 
 
 def _finite(value: float | None) -> float | None:
@@ -268,3 +244,68 @@ def _maneuver(evaluation: Evaluation) -> str:
         for stroke in evaluation.schedule.strokes
     )
     return strokes or UNKNOWN
+
+
+_TABLE: Columns = (
+    *fields("title caption"),
+    Column(
+        "columns",
+        of=lambda table: [
+            f"{column.label} ({column.unit})" if column.unit else column.label for column in table.shown
+        ],
+    ),
+    Column("rows", of=lambda table: [[_text(column, row) for column in table.shown] for row in table.rows]),
+)
+_FOLD: Columns = (Column("first", of=lambda table: len(table.rows) - table.folded), *fields("words=fold"))
+_FOLDED_TABLE: Columns = (*_TABLE, Column("fold", of=lambda table: table, columns=_FOLD))
+
+
+def table_columns(table: quantity.Table) -> Columns:
+    """Return the columns of a table for the page: rows of text under column heads, some of them folded away."""
+    return _FOLDED_TABLE if table.folded else _TABLE
+
+
+_KEY_NUMBER: Columns = (
+    *fields("label unit note"),
+    Column("value", of=lambda key_quantity: _finite(key_quantity.value)),
+    Column(
+        "std",
+        of=lambda key_quantity: _finite(key_quantity.std) if math.isfinite(key_quantity.value) else None,
+    ),
+)
+
+
+def key_number_columns(key_quantity: Quantity) -> Columns:
+    """Return the columns of a quantity for the page; those of one `row` stand side by side under its name."""
+    return (*_KEY_NUMBER, *fields("row=group")) if key_quantity.group else _KEY_NUMBER
+
+
+_VERDICT: Columns = (
+    *fields("level=verdict.level sentence=verdict.sentence"),
+    Column("reasons", of=lambda drop: list(reasons_of(drop.evaluation, drop.verdict))),
+)
+_DROP: Columns = (
+    *fields("name"),
+    Column("verdict", of=lambda drop: drop, columns=_VERDICT),
+    Column("prediction", of=lambda drop: prediction_table(drop.evaluation), columns=table_columns),
+    Column("change", of=lambda drop: _change_text(drop.evaluation)),
+    Column("strokes", of=lambda drop: stroke_summary(drop.evaluation), columns=table_columns),
+    Column("key_numbers", of=lambda drop: list(key_numbers_of(drop.evaluation)), columns=key_number_columns),
+    Column("notes", of=_notes),
+    Column("t_s", of=lambda drop: drop.evaluation.motion.t_s.round(6)),
+    Column("window_s", of=lambda drop: [0.0, drop.evaluation.motion.samples.until_s]),
+    Column("events", of=lambda drop: events_of(drop.evaluation), columns=EVENT),
+    Column("plots", of=lambda drop: list(charts_of(drop.evaluation).values()), columns=PLOT),
+    Column("replay", of=lambda drop: replay_of(drop.evaluation), columns=REPLAY),
+    Column("no_replay", of=lambda drop: _why_no_replay(drop.evaluation)),
+    Column("tables", of=_tables, columns=table_columns),
+)
+"""`prediction`, `change` and `strokes` stand on the first screen; `t_s` belongs to the plots without x."""
+_PAGE: Columns = (
+    Column("format", of=lambda _: FORMAT),
+    *fields("title lacking"),
+    Column("made_by", of=lambda _: f"tfsat-host {__version__}"),
+    Column("made_at", of=lambda page: f"{page.made_at.astimezone(UTC):%Y-%m-%d %H:%M} UTC"),
+    Column("tables", columns=table_columns),
+    Column("drops", of=lambda page: list(map(_with_named_recording, page.drops)), columns=_DROP),
+)

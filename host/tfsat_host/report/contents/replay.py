@@ -6,6 +6,7 @@ Bodies stand about the robot's center of mass, which in free fall stays where it
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -14,9 +15,9 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.report.contents.attitude_charts import driven_samples
 from tfsat_host.report.contents.chart import numbers, pad_rows
-from tfsat_host.report.document import Replay, ReplayBody
 from tfsat_host.report.document_rounding import poses_to_keep, round_poses
 from tfsat_host.robot import RobotModel
 
@@ -77,18 +78,34 @@ def _place_bodies(
     return np.concatenate([np.einsum("kij,kbj->kbi", attitude, origin), quaternion], axis=2)
 
 
-def replay_of(evaluation: Evaluation) -> Replay:
-    """Build the replay: as measured, and by the nominal model, with no more poses than a screen shows."""
-    model, moved = evaluation.model, body_poses(evaluation)
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """Each body's name and boxes, and the bodies' poses, no more and no finer than a screen shows."""
+
+    bodies: list[tuple[str, list[list[list[float]]]]]
+    poses: BodyPoses
+
+
+def replay_of(evaluation: Evaluation) -> Replay | None:
+    """Build the replay: as measured, and by the nominal model; None if the sensors are not trusted."""
+    if not evaluation.is_given():
+        return None
+    moved, model = body_poses(evaluation), evaluation.model
     kept = poses_to_keep(moved.t_s)
-    return Replay(
-        bodies=[
-            ReplayBody(name=name, boxes_m=boxes_of(model, body)) for body, name in enumerate(model.body_names)
-        ],
-        t_s=moved.t_s[kept].round(4).tolist(),
-        measured=numbers(round_poses(moved.measured[kept])),
-        model=numbers(round_poses(moved.predicted[kept])),
+    poses = BodyPoses(
+        moved.t_s[kept].round(4), round_poses(moved.measured[kept]), round_poses(moved.predicted[kept])
     )
+    return Replay([(name, boxes_of(model, body)) for body, name in enumerate(model.body_names)], poses)
+
+
+_BODY: Columns = (Column("name", of=itemgetter(0)), Column("boxes_m", of=itemgetter(1)))
+REPLAY: Columns = (
+    Column("bodies", columns=_BODY),
+    *fields("t_s=poses.t_s"),
+    Column("measured", of=lambda replay: numbers(replay.poses.measured)),
+    Column("model", of=lambda replay: numbers(replay.poses.predicted)),
+)
+"""For the page; a pose with a null in it is not drawn."""
 
 
 def boxes_of(model: RobotModel, body: int) -> list[list[list[float]]]:

@@ -12,9 +12,10 @@ from typing import Any
 
 from tfsat_host import __version__
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
+from tfsat_host.error_columns import error_columns
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.json_values import error_as_dict, format_json, jsonable
+from tfsat_host.json_values import format_json, jsonable
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.quantity import Columns, fields, record
@@ -43,14 +44,9 @@ from tfsat_host.run.bundle.manifest import (
     format_manifest,
 )
 from tfsat_host.run.certificate_check import origin_of_log
+from tfsat_host.run.drop_evaluation import EVALUATED_RUN, MADE_BY
 from tfsat_host.run.drop_report import report_drop
-from tfsat_host.run.files import (
-    AS_FOUND,
-    MADE_BY_EVALUATE,
-    MANEUVER,
-    EvaluationOptions,
-    names_of,
-)
+from tfsat_host.run.files import AS_FOUND, MANEUVER, EvaluationOptions, names_of
 from tfsat_host.run.signed_record import verify
 
 ENDING = ".tfsat.zip"
@@ -227,9 +223,9 @@ def recompute(folder: Path, name: str, inputs: EvaluationInputs) -> RecomputedEv
         except TfsatError as error:
             # A refusal is a result as well, and is compared like one.
             return RecomputedEvaluation(
-                _relative({"error": jsonable(error_as_dict(error))}, roots), None, None
+                _relative({"error": jsonable(record(error_columns(error), error))}, roots), None, None
             )
-        result = {**MADE_BY_EVALUATE, **jsonable(evaluated_run.as_dict())}
+        result = jsonable(record((*MADE_BY, *EVALUATED_RUN), evaluated_run))
         certificate = None if evaluated_run.held is None else evaluated_run.held.path
         sources = tuple(
             Source(f"file of the {what}", Path(inputs.files[what]), sha256_of(folder / inputs.files[what]))

@@ -16,8 +16,9 @@ from typing import Annotated, Any
 from tfsat_host import __version__, json_values
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.next_step import name_recording
 from tfsat_host.protocol.limits import PROTOCOL_HASH
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, by_name, fields, record
 
 MANIFEST = "manifest.json"
 EVALUATION = "evaluation.json"
@@ -143,9 +144,16 @@ MANIFEST_COLUMNS: Columns = (
     Column("evaluated", of=lambda manifest: asdict(manifest.evaluated)),
     Column("images"),
     Column("missing", columns=MISSING),
-    *fields("record doubts left_out"),
+    *fields("record"),
     Column(
-        "files", of=lambda manifest: {name: asdict(file) for name, file in sorted(manifest.files.items())}
+        "doubts",
+        of=lambda manifest: [name_recording(text, manifest.evaluated.recording) for text in manifest.doubts],
+    ),
+    *fields("left_out"),
+    Column(
+        "files",
+        of=lambda manifest: dict(sorted(manifest.files.items())),
+        columns=by_name(fields("sha256 bytes")),
     ),
 )
 """Of `manifest.json`, in its order."""

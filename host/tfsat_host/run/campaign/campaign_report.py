@@ -4,30 +4,29 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tfsat_host import quantity
 from tfsat_host.crash import bug_error
+from tfsat_host.error_columns import error_columns
 from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.result.comparison_result import COMPARISON
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
-from tfsat_host.quantity import UNKNOWN, Column, Columns, columns_of, fields, record
-from tfsat_host.report.document import PageTable
+from tfsat_host.quantity import UNKNOWN, Column, Columns, columns_of, fields
 from tfsat_host.run import drop_evaluation
 from tfsat_host.run.campaign.campaign_folder import changes_in, read
 from tfsat_host.run.campaign.entries import ENTRY, DropEntry, folder_name
 from tfsat_host.run.drop_comparison import DROPS, Comparison, DropSummary
-from tfsat_host.run.drop_evaluation import DroppedRobot, EvaluatedRun, dropped_robot
+from tfsat_host.run.drop_evaluation import EVALUATED_RUN, DroppedRobot, EvaluatedRun, dropped_robot
 from tfsat_host.run.drop_report import (
     PAGE,
     ReportFiles,
     ReportOptions,
     explain_absence,
     report_drop,
-    together,
 )
 from tfsat_host.run.files import EMULATED, EvaluationOptions
 
@@ -100,7 +99,7 @@ class OfOneRobot:
 
 ROBOT: Columns = (
     *fields("robot=robot.kind logger_serial=robot.logger_serial robot_sha256=model_sha256 drops=numbers"),
-    Column("comparison", of=lambda robot: robot.compared and robot.compared.as_dict()),
+    Column("comparison", of="compared", columns=COMPARISON),
 )
 
 
@@ -161,19 +160,11 @@ class CampaignReport:
         return sentences
 
 
-_EVALUATED_DROP: Columns = (
-    *columns_of("entry", ENTRY),
-    Column("evaluation", of=lambda drop: drop.evaluation and drop.evaluation.as_dict()),
-)
-_REFUSED_DROP: Columns = (*_EVALUATED_DROP, Column("error", of=lambda drop: error_as_dict(drop.error)))
+_EVALUATED_DROP: Columns = (*columns_of("entry", ENTRY), Column("evaluation", columns=EVALUATED_RUN))
+_REFUSED_DROP: Columns = (*_EVALUATED_DROP, Column("error", columns=error_columns))
 REPORT: Columns = (
     *fields("campaign=folder report=page"),
-    Column(
-        "drops",
-        of=lambda report: [
-            record(_REFUSED_DROP if drop.error else _EVALUATED_DROP, drop) for drop in report.tried
-        ],
-    ),
+    Column("drops", of="tried", columns=lambda drop: _REFUSED_DROP if drop.error else _EVALUATED_DROP),
     Column("void", columns=ENTRY),
     Column("comparisons", of="robots", columns=ROBOT),
     Column("findings"),
@@ -296,13 +287,12 @@ def _write(
         for drop in tried
         if drop.evaluation
     }
-    tables: list[PageTable] = []
+    tables: list[quantity.Table] = []
     for robot in robots:
         if robot.compared is not None:
-            of_them = together([drops[number] for number in robot.numbers], robot.compared)
-            for table in of_them:
-                table["title"] += f" ({robot.name})" if len(robots) > 1 else ""
-            tables += of_them
+            name = f" ({robot.name})" if len(robots) > 1 else ""
+            of_them = robot.compared.tables([drops[number].name for number in robot.numbers])
+            tables += [replace(table, title=f"{table.title}{name}") for table in of_them]
     without = [explain_absence(Path(drop.entry.folder), drop.error) for drop in tried if drop.error]
     files.write(list(drops.values()), tables, without, notices)
 

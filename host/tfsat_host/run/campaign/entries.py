@@ -100,7 +100,7 @@ ENTRY: Columns = (
     Column("number", "drop"),
     Column("recording", "recording"),
     Column("sha256"),
-    Column("session", "id", words=lambda drop: drop.session or "unknown"),
+    Column("session", "session", words=lambda drop: drop.session or "unknown"),
     Column(
         "released",
         "released / UTC",
