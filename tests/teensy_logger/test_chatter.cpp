@@ -49,7 +49,7 @@ std::vector<Contact> release(Random& random, uint64_t from_us) {
 // By the rule, which test_release_detector.cpp tests: contacts that chatter for so long are dated by the last
 // of it.
 uint64_t ruled_us(const std::vector<Contact>& contacts) {
-  sequencer::ReleaseDetector detector;
+  sequencer::ReleaseDetector detector{};
   detector.reset(0, 0);
   const uint64_t first_us = contacts.front().at_us;
   for (const Contact& contact : contacts) {

@@ -30,6 +30,7 @@ from tests.validation.sequencer_proof.contacts import (
     fall,
 )
 from tests.validation.sequencer_proof.damage import TOLD, Case, Place, damage_image, damage_native
+from tests.validation.sequencer_proof.half_transfers import HOSTS_US, disturbed_releases, judge_disturbed
 from tests.validation.sequencer_proof.held_pins import LEVELS, SUBSETS, held_pins
 from tests.validation.sequencer_proof.jolts import closed_again, jolted_releases
 from tests.validation.sequencer_proof.link import (
@@ -41,6 +42,7 @@ from tests.validation.sequencer_proof.link import (
     begins_us,
     make_noise,
 )
+from tests.validation.sequencer_proof.one_closed import one_closed_again
 from tests.validation.sequencer_proof.power_cuts import (
     History,
     Record,
@@ -173,6 +175,19 @@ def test_what_is_told_of_a_release_after_jolts_holds_when_the_robot_left(bench: 
     jolted = jolted_releases(bench, seed=59, count=150)
     assert sum(release.interval_us > 0 for release in jolted) > 30
     assert sum(not release.jolts for release in jolted) > 5
+
+
+def test_a_host_that_ends_no_transfer_moves_no_date(bench: Bench) -> None:
+    releases = [
+        release for every_us in HOSTS_US for release in disturbed_releases(bench, every_us, seed=59, count=60)
+    ]
+    judge_disturbed(releases)
+    # The board knows that it was blind: contacts chattered for longer than an interrupt may follow.
+    assert all(release.later_us > 0 for release in releases)
+
+
+def test_one_switch_that_closes_again_is_reported_as_the_page_says(bench: Bench) -> None:
+    assert len(one_closed_again(bench, seed=59, count=90)) == 90
 
 
 def test_closed_again_starts_nothing_or_ends_the_run(bench: Bench) -> None:

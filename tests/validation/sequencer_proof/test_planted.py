@@ -37,7 +37,7 @@ BEGUN_BYTE = "complete_byte(position_) ^ kFlipToBegun"
 TOLD_BEGUN = "begun > 0 ? Slot::kBegun : Slot::kDamaged"
 RESTART = "  detector_.reset(now, retained_.knocks);\n  resume_after"
 FIND_DEFECT = "int8_t Settings::find_defect() const {\n"
-POLL = "  host_link.poll();\n"
+POLL = "  if (ready) host_link.poll();\n"
 ONSET = "us_from_ticks(servos_.change_began_at(i) - released_at_{})"
 FALL = "set_edge(channel, c.pulse.rise + c.pulse.width_ticks{}, false)"
 HOLDS_OFF = (
@@ -164,7 +164,7 @@ DEFECTS: dict[str, tuple[list[Edit], Campaign, str]] = {
     "a board that arms with an open switch": (
         [
             Edit(SEQUENCER, "bool opened = switches_.levels() != 0;", "bool opened = false;"),
-            Edit(SEQUENCER, "opened = opened || edge.open;", "opened = false;"),
+            Edit(SEQUENCER, "opened = opened || edge.open || !edge.lost;", "opened = false;"),
         ],
         reset(Moment.ARMED_SECOND_OPEN, ResetCause.WATCHDOG),
         "",

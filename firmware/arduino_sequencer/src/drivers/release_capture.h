@@ -18,6 +18,9 @@ class ReleaseCapture : public ReleaseSwitches {
 
   bool take_edge(SwitchEdge& edge) override;
   uint8_t levels() override;
+
+  // Contacts chattered for longer than an interrupt may follow: until levels() nothing is captured.
+  static bool gave_up();
 };
 
 }  // namespace sequencer

@@ -5,6 +5,14 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#ifdef __AVR__
+#include <avr/pgmspace.h>
+#define TFSAT_IN_FLASH PROGMEM
+#define TFSAT_FROM_FLASH(entry) pgm_read_dword(&(entry))
+#else
+#define TFSAT_IN_FLASH
+#define TFSAT_FROM_FLASH(entry) (entry)
+#endif
 
 namespace tfsat {
 namespace protocol {
@@ -25,11 +33,11 @@ class Crc32 {
 
  private:
   static uint32_t step(uint32_t value) {
-    static const uint32_t kTable[16] = {
+    static const uint32_t kTable[16] TFSAT_IN_FLASH = {
         0x00000000, 0x1DB71064, 0x3B6E20C8, 0x26D930AC, 0x76DC4190, 0x6B6B51F4,
         0x4DB26158, 0x5005713C, 0xEDB88320, 0xF00F9344, 0xD6D6A3E8, 0xCB61B38C,
         0x9B64C2B0, 0x86D3D2D4, 0xA00AE278, 0xBDBDF21C};
-    return (value >> 4) ^ kTable[value & 0x0F];
+    return (value >> 4) ^ TFSAT_FROM_FLASH(kTable[value & 0x0F]);
   }
 
   uint32_t register_ = 0xFFFFFFFF;
@@ -43,5 +51,8 @@ inline uint32_t crc32(const uint8_t* data, size_t size) {
 
 }  // namespace protocol
 }  // namespace tfsat
+
+#undef TFSAT_IN_FLASH
+#undef TFSAT_FROM_FLASH
 
 #endif

@@ -32,6 +32,9 @@ class AvrUsbHost {
   void reset_bus();
   // A busy host: it rests this many polls of 125 us after each stage of a control transfer.
   void set_stage_pause(uint32_t ticks) { stage_pause_ticks_ = ticks; }
+  // A broken host: each so many polls it begins a control transfer and leaves it at that, and makes no
+  // other; 0: a sound one.
+  void set_half_transfers(uint32_t every_ticks) { half_transfer_ticks_ = every_ticks; }
 
   bool configured() const { return state_ == State::kConfigured; }
   size_t write(const uint8_t* data, size_t n);
@@ -58,6 +61,8 @@ class AvrUsbHost {
   void raise_device_event(uint8_t bit);
   void enumerate();
   void begin_request(const Request& request);
+  void send_setup(const Request& request);
+  bool run_half_transfers();
   bool run_request();
   bool run_stage();
   void run_port_requests();
@@ -85,7 +90,7 @@ class AvrUsbHost {
   size_t enumeration_step_ = 0;
   bool setup_taken_ = false, data_taken_ = true;
   uint32_t request_ticks_ = 0;
-  uint32_t stage_pause_ticks_ = 0, pause_left_ticks_ = 0;
+  uint32_t stage_pause_ticks_ = 0, pause_left_ticks_ = 0, half_transfer_ticks_ = 0;
   uint16_t request_done_ = 0;
 
   std::deque<uint8_t> to_board_, from_board_;
