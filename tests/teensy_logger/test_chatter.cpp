@@ -54,7 +54,7 @@ uint64_t ruled_us(const std::vector<Contact>& contacts) {
   const uint64_t first_us = contacts.front().at_us;
   for (const Contact& contact : contacts) {
     detector.on_edge({sequencer::ticks_from_us(static_cast<uint32_t>(contact.at_us - first_us)),
-                      static_cast<uint8_t>(contact.index), contact.open});
+                      static_cast<uint8_t>(contact.index), contact.open, false});
   }
   return first_us + sequencer::us_from_ticks(detector.released_at());
 }

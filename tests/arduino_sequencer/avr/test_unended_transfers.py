@@ -1,4 +1,4 @@
-"""A USB host that begins control transfers and ends none resets nothing."""
+"""A USB host that begins control transfers and ends none resets nothing; what it leaves unread moves nothing."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import pytest
 from tests.fixtures.sequencer.board import AvrBoard, ResetCause
 from tests.fixtures.sequencer.cable import connect
 from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.framing import Frame, encode_frame
+from tfsat_host.protocol.limits import JOG_CONFIRM
+from tfsat_host.protocol.messages import JogRequest, SequencerStatusRequest
 
 RUN_US = 3_000_000
 """The watchdog bites after one second."""
@@ -54,3 +57,28 @@ def test_a_release_right_after_a_reset_is_a_fault_and_one_later_is_flown(sequenc
     sequencer.cable(False)
     status = connect(sequencer).status()
     assert (status.state, status.resets_while_armed) == (SequencerState.RUNNING, 1)
+
+
+def test_an_order_that_the_board_has_not_read_goes_with_the_port(sequencer: AvrBoard) -> None:
+    """A host leaves its answers unread, asks for a jog and closes the port: whoever opens it next moves nothing."""
+    connect(sequencer)
+    question = encode_frame(Frame(SequencerStatusRequest.TYPE, 7, b""))
+    order = encode_frame(Frame(JogRequest.TYPE, 8, JogRequest(1, 0, 4500, JOG_CONFIRM).encode()))
+    unread = 0
+    # About as many answers as fill the host's buffer: of some the board cannot get rid, and reads no further.
+    for questions in range(100, 108):
+        for _ in range(questions):
+            sequencer.write(question)
+            sequencer.run(2_000)
+        sequencer.write(order)
+        sequencer.run(1_200_000)
+        unread += not sequencer.edges()
+        sequencer.port(False)
+        sequencer.run(20_000)
+        sequencer.read()
+        sequencer.port(True)
+        sequencer.run(100_000)
+        assert not sequencer.edges(), questions
+        while sequencer.read():
+            sequencer.run(5_000)
+    assert unread > 2

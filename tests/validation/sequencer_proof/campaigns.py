@@ -14,6 +14,7 @@ from tests.validation.sequencer_proof.contacts import Chatter
 from tests.validation.sequencer_proof.damage import Case, damage_image, damage_native
 from tests.validation.sequencer_proof.half_transfers import HOSTS_US, disturbed_releases, judge_disturbed
 from tests.validation.sequencer_proof.held_pins import LEVELS, SUBSETS, held_pins
+from tests.validation.sequencer_proof.jog_lives import jog_lives
 from tests.validation.sequencer_proof.jolts import closed_again, jolted_releases
 from tests.validation.sequencer_proof.link import STATES, Abuse, Noise, abuse_link, begins_us, make_noise
 from tests.validation.sequencer_proof.one_closed import one_closed_again
@@ -95,6 +96,8 @@ def campaigns(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> li
                  [partial(hang_board, hanging, state, 10) for state in STATES], 8000),
         Campaign("held", "servos keep their pins' last whole width; STATUS and RUN_REPORT agree with the pins",
                  [partial(held_pins, bench, joints, level, 100) for level in LEVELS for joints in SUBSETS], 9000),
+        Campaign("jogs", "a joint moves while somebody asks, within its limits, at its speed, and is let go in time",
+                 [partial(jog_lives, bench, count=50)] * 20, 11_000, 50),
         Campaign("rewrites", "an upload of what is stored writes a begun marker and its end at most",
                  [partial(second_upload_writes, bench, record) for record in Record]),
     ]  # fmt: skip

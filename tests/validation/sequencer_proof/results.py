@@ -16,6 +16,7 @@ from tests.validation.sequencer_proof.blocking import (
 from tests.validation.sequencer_proof.campaigns import DATES, least_never_used
 from tests.validation.sequencer_proof.damage import TOLD, Damaged, Place
 from tests.validation.sequencer_proof.half_transfers import disturbed_rows
+from tests.validation.sequencer_proof.jog_lives import jog_row
 from tests.validation.sequencer_proof.jolts import jolt_rows
 from tests.validation.sequencer_proof.link import STATES, Abuse, Noise, Noisy
 from tests.validation.sequencer_proof.one_closed import one_closed_rows
@@ -126,6 +127,16 @@ def make_tables(results: Found, campaigns: Sequence[Campaign], image: Path) -> d
         "resets": results_csv(results["resets"]),
         "hangs": results_csv(results["hangs"]),
         "held-pins": results_csv(results["held"]),
+        "jog": csv_text(
+            (
+                "lives",
+                "orders",
+                "DISARMs, closed ports, pulled cables, resets",
+                "times a joint was driven",
+                "pulses",
+            ),
+            [jog_row(results["jogs"])],
+        ),
     }
     return {f"{name}.csv": text for name, text in tables.items()}
 

@@ -32,6 +32,7 @@ from tests.validation.sequencer_proof.contacts import (
 from tests.validation.sequencer_proof.damage import TOLD, Case, Place, damage_image, damage_native
 from tests.validation.sequencer_proof.half_transfers import HOSTS_US, disturbed_releases, judge_disturbed
 from tests.validation.sequencer_proof.held_pins import LEVELS, SUBSETS, held_pins
+from tests.validation.sequencer_proof.jog_lives import jog_lives
 from tests.validation.sequencer_proof.jolts import closed_again, jolted_releases
 from tests.validation.sequencer_proof.link import (
     LAST_BEGIN_US,
@@ -327,3 +328,12 @@ def test_a_servo_is_driven_after_a_reset_as_its_pin_was(bench: Bench, level: Pin
     pin_results = [held_pins(bench, joints, level, count=2, seed=9) for joints in SUBSETS]
     assert sum(result.missed for result in pin_results) > 0
     assert sum(result.on_time for result in pin_results) > 0
+
+
+# ------------------------------------------------------------------ jog
+
+
+@pytest.mark.parametrize("seed", [0, 12])
+def test_a_joint_moves_only_while_somebody_asks(bench: Bench, seed: int) -> None:
+    lives = jog_lives(bench, seed, count=12)
+    assert lives.ends > 12 and lives.jogs > 36 and lives.pulses > 1_000

@@ -22,6 +22,7 @@ from tests.validation.sequencer_proof.contacts import Chatter
 from tests.validation.sequencer_proof.damage import Case, Damaged, DamagedImage, Place
 from tests.validation.sequencer_proof.half_transfers import HOSTS_US, Disturbed, judge_disturbed
 from tests.validation.sequencer_proof.held_pins import HeldPins
+from tests.validation.sequencer_proof.jog_lives import Lives
 from tests.validation.sequencer_proof.jolts import ClosedAgain, Jolted
 from tests.validation.sequencer_proof.link import Abuse, Abused, Noise, Noisy
 from tests.validation.sequencer_proof.one_closed import OneClosed
@@ -72,6 +73,7 @@ FOUND: dict[str, Sequence[Any]] = {
     "noisy": [Noisy(Noise.BYTES, drops=1, never_used=570)],
     "resets": [Resets(Moment.ARMED, ResetCause.BROWN_OUT, 25, ErrorCode.NONE, Extremes(11, 24.5), OFF_US)],
     "held": [HeldPins((1, 3), PinHold.LOW, 20, on_time=30, late=3, missed=7, extra_marks=2)],
+    "jogs": [Lives(50, 1_500, 150, 300, 15_000), Lives(50, 1_400, 140, 290, 14_000)],
     "hangs": [Hangs(SequencerState.SAFE, 10, Extremes(1_020, 1_024))],
 }
 
@@ -92,6 +94,7 @@ def test_tables_have_their_campaigns_figures(bench: Bench) -> None:
         "resets": '"armed, both switches closed",brown_out,25,none,11 to 24.5,-0.125 to 0.25',
         "held-pins": "1 3,low,20,30,3,7,2",
         "jolts": '"1 or more, the edges fit two: an interval is reported",1,3.500,3.500,4.1',
+        "jog": "100,2900,290,590,29000",
         "one-closed": "61 to 400 ms,1,90.5,0,1",
         "half-transfers": "sound,3 ms,1,0,1,0.312,1,0",
         "link": "cable pulled,251,0",

@@ -60,6 +60,7 @@ void AvrUsbHost::set_cable(bool plugged) {
 }
 
 void AvrUsbHost::set_port(bool open, uint32_t baud) {
+  if (!open) to_board_.clear();
   port_open_ = open;
   if (baud != baud_) line_coding_sent_ = false;
   baud_ = baud;

@@ -25,7 +25,8 @@ class AvrUsbHost {
   void reset();  // call from avr->reset: the device is gone from the bus
   void start();  // call after every reset: begins polling
   void set_cable(bool plugged);
-  // The program on the host opens (DTR and RTS on) or closes the serial port at this rate.
+  // The program on the host opens (DTR and RTS on) or closes the serial port at this rate. What it
+  // wrote and the board has not taken goes with a closed port.
   void set_port(bool open, uint32_t baud);
   // Resets the bus and sets the address at once: a host that leaves out the 10 ms which a device has
   // to recover (USB 2.0, section 7.1.7.5). Only where the device is enumerated.
