@@ -36,7 +36,10 @@ static RequestServer server(sequencer, identity, ram);
 static tfsat::protocol::Link host_link(usb, server);
 
 // Contacts have chattered on for longer than could be followed: a date depends on the main loop.
-static bool hurried() { return sequencer.watching() && ReleaseCapture::gave_up(); }
+static bool may_hurry;
+static bool hurried() {
+  return may_hurry && ReleaseCapture::gave_up();
+}
 
 void setup() {
   usb.serve(hurried);
@@ -56,6 +59,7 @@ void setup() {
 void loop() {
   const tick_t now = TickClock::now();
   sequencer.poll(now);
+  may_hurry = ReleaseCapture::chattering() && sequencer.watching();
   usb.serve(hurried);
   // Nobody is answered until the board knows what it is.
   const bool ready = image_crc.read_on(identity.image_crc);

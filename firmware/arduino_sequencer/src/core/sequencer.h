@@ -112,12 +112,12 @@ class Sequencer {
   Stored<Settings> settings_;
   ReleaseDetector detector_{};
   Jog jog_{};
-  tick_t released_at_ = 0;
-  tick_t last_ms_ = 0;
-  tick_t resume_since_ = 0;
+  tick_t released_at_;   // of the last run, by begin_run()
+  tick_t last_ms_;       // by start()
+  tick_t resume_since_;  // while resuming_
   uint32_t uptime_ms_ = 0;
-  uint32_t reported_ms_ = 0;
-  int16_t reported_cdeg_[protocol::kJointCount] = {0, 0, 0};
+  uint32_t reported_ms_;  // both: once reported_
+  int16_t reported_cdeg_[protocol::kJointCount];
   uint16_t accepted_token_ = 0;  // that armed the present state
   SequencerState state_ = SequencerState::kSafe;
   ErrorCode last_refusal_ = ErrorCode::kNone;

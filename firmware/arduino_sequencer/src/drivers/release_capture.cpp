@@ -25,6 +25,8 @@ constexpr uint8_t kQuietSamples = 28;
 // 0.5 ms away, and is prepared after it, after the other servos' edges and what else holds interrupts
 // off (docs/sequencer-proof.md).
 constexpr uint16_t kFollowTicks = 250 * kTicksPerUs;
+// Rounds last 0.3 ms and more while the switches move, 1 ms at the most while they do not for so long.
+constexpr uint8_t kMostChatterRounds = 200;
 // As soon as the interrupt is over.
 constexpr uint16_t kEndWaitTicks = 16 * kTicksPerUs;
 
@@ -47,6 +49,8 @@ volatile uint8_t waiting;  // samples in the queue
 uint8_t followed;          // levels of the newest
 uint8_t told;              // levels after the edges that were taken
 uint16_t left_ticks;       // of kFollowTicks
+Sample* seen_in = queue;   // next_in, a round of the main loop before
+uint8_t moved_rounds;      // the switches moved in each of them
 
 inline __attribute__((always_inline)) void step(Sample*& place) {
   if (++place == queue + kQueueSize) place = queue;
@@ -105,7 +109,7 @@ ISR(TIMER3_CAPT_vect, ISR_NAKED) {
 // A full queue keeps its oldest samples, and where the time is used up there is no following on:
 // nothing more is captured until levels(), and the first sample then says so. No noise may take the
 // processor from the servos. Whatever has moved, the main loop must come round: its wait for a USB host,
-// which Timer 3's second channel limits (usb_stream.cpp), ends now.
+// which Timer 3's second channel limits (usb_stream.cpp), ends now; GPIOR1 says whether it may.
 ISR(TIMER1_CAPT_vect) {
   const uint8_t by = GPIOR0;
   GPIOR0 = 0;
@@ -164,7 +168,7 @@ ISR(TIMER1_CAPT_vect) {
   const uint16_t present = TCNT1;
   const int16_t left = static_cast<int16_t>(end - present);
   left_ticks = left > 0 ? left : 0;
-  OCR3B = present + kEndWaitTicks;
+  if (GPIOR1 != 0) OCR3B = present + kEndWaitTicks;
   followed = levels;
   next_in = to;
   waiting = static_cast<uint8_t>(kQueueSize - room);
@@ -213,6 +217,19 @@ bool ReleaseCapture::take_edge(SwitchEdge& edge) {
     return true;
   }
   return false;
+}
+
+bool ReleaseCapture::chattering() {
+  const bool moved = gave_up() || next_in != seen_in;
+  seen_in = next_in;
+  if (!moved) {
+    moved_rounds = 0;
+  } else if (moved_rounds < kMostChatterRounds) {
+    ++moved_rounds;
+  }
+  const bool chatter = moved_rounds < kMostChatterRounds;
+  GPIOR1 = chatter;
+  return chatter;
 }
 
 bool ReleaseCapture::gave_up() { return (TIMSK1 & _BV(ICIE1)) == 0; }
