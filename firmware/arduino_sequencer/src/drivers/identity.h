@@ -13,7 +13,7 @@ Identity read_identity(protocol::ResetCause cause);
 // Covers the whole image, which takes a quarter of a second: piece by piece, so that the main loop goes on.
 class ImageCrc {
  public:
-  // Reads a piece, in 1.3 ms; true, and `crc` is the image's, once there is no more.
+  // Reads a piece, in 1.4 ms; true, and `crc` is the image's, once there is no more.
   bool read_on(uint32_t& crc);
 
  private:
