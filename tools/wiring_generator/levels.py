@@ -332,8 +332,10 @@ class Levels:
 def burst_deadline_us(wiring: Wiring) -> int:
     """Compute when the logger gives up a burst at 400 kHz, µs: slower than any permitted bus, by the margin."""
     limit, i2c = wiring.limit, wiring.i2c
-    bit_s = i2c["bit_s"] + limit["i2c_bit_rise_s"] + limit["i2c_margin_s"]
-    return math.ceil(round((i2c["idle_s"] + i2c["burst_bits"] * bit_s) * 1e6, 3))
+    bit_s: float = i2c["bit_s"] + limit["i2c_bit_rise_s"] + limit["i2c_margin_s"]
+    burst_s: float = i2c["idle_s"] + i2c["burst_bits"] * bit_s
+    # Rounded to the nanosecond first: 440.9 us of floats must not become 442.
+    return math.ceil(round(burst_s * 1e6, 3))
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,7 @@ def run_slow_buses(folder: Path, rates_hz: Sequence[int]) -> list[SlowBus]:
     program = _build_bench(folder, "slow_bus")
     buses = []
     for rise_ns, rate_hz in product(RISES_NS, rates_hz):
-        command = [program, str(rate_hz), str(rise_ns)]
+        command = [str(program), str(rate_hz), str(rise_ns)]
         output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
         buses.append(SlowBus(rise_ns, rate_hz, *map(int, output.split())))
     for bus in buses:

@@ -132,7 +132,7 @@ def _part(releases: Sequence[Disturbed], every_us: int, *, together: bool) -> li
 
 def disturbed_rows(releases: Sequence[Disturbed]) -> list[tuple[object, ...]]:
     """Return releases by host and by how the switches opened: dates off by how much, and intervals."""
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for every_us in HOSTS_US:
         for together in (True, False):
             part = _part(releases, every_us, together=together)

@@ -100,7 +100,7 @@ def _check_as_documented(release: OneClosed) -> None:
 
 def one_closed_rows(releases: Sequence[OneClosed]) -> list[tuple[object, ...]]:
     """Return, by how long the switch was closed, how late the dates are and whether an interval holds the release."""
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for kind, (least_us, most_us) in enumerate(CLOSED_US):
         part = [release for release in releases if release.kind == kind]
         rows.append(
