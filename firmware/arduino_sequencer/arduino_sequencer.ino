@@ -30,12 +30,19 @@ static UsbStream usb;
 static StatusPin led;
 static RamPaint ram;
 static Identity identity;
+static ImageCrc image_crc;
 static Sequencer sequencer(switches, servos, memory, retained);
 static RequestServer server(sequencer, identity, ram);
 static tfsat::protocol::Link host_link(usb, server);
 
+// Contacts have chattered on for longer than could be followed: a date depends on the main loop.
+static bool may_hurry;
+static bool hurried() {
+  return may_hurry && ReleaseCapture::gave_up();
+}
+
 void setup() {
-  usb.serve();
+  usb.serve(hurried);
   TickClock::begin();
   servos.begin();
   switches.begin();
@@ -43,9 +50,7 @@ void setup() {
   led.begin();
   const ResetCause cause = take_reset_cause();
   sequencer.start(TickClock::now(), RamPaint::survived() ? cause : ResetCause::kPowerOn);
-  // Takes a while. Servos that were held are held again by now, and a host that enumerates the board
-  // must not be served by an interrupt that waits for it.
-  identity = read_identity(cause, [] { usb.serve(); });
+  identity = read_identity(cause);
   set_sleep_mode(SLEEP_MODE_IDLE);
 }
 
@@ -54,11 +59,14 @@ void setup() {
 void loop() {
   const tick_t now = TickClock::now();
   sequencer.poll(now);
-  usb.serve();
+  may_hurry = ReleaseCapture::chattering() && sequencer.watching();
+  usb.serve(hurried);
+  // Nobody is answered until the board knows what it is.
+  const bool ready = image_crc.read_on(identity.image_crc);
   server.update(now, host_link.rejected_frames());
   if (!usb.connected()) sequencer.host_gone();
-  host_link.poll();
+  if (ready) host_link.poll();
   led.set(led_on(sequencer.state(), sequencer.uptime_ms()));
   Watchdog::feed(sequencer.may_upload());
-  sleep_mode();
+  if (ready && !hurried()) sleep_mode();
 }

@@ -29,7 +29,7 @@ Told watch(const std::vector<Contact>& contacts, tick_t start, tick_t least, tic
            unsigned seed) {
   Random random(seed);
   ScriptedSwitches switches;
-  ReleaseDetector detector;
+  ReleaseDetector detector{};
   detector.reset(start, 0);
   Told told = {};
   const auto heed = [&](Verdict verdict, tick_t now) {
@@ -88,7 +88,7 @@ TEST_CASE(sound_contacts_are_dated_by_their_first_edge_and_certain) {
 
 // Each time the loop looks, the next edge is there already, and its stamp comes a moment later.
 TEST_CASE(levels_that_are_ahead_of_their_edges_again_and_again_are_not_taken_for_a_missed_edge) {
-  ReleaseDetector detector;
+  ReleaseDetector detector{};
   detector.reset(0, 0);
   const Contact contacts[] = {at_us(0, 1, true),    at_us(400, 0, true),   at_us(800, 0, false),
                               at_us(1200, 0, true), at_us(1600, 0, false), at_us(2000, 0, true)};
@@ -97,7 +97,7 @@ TEST_CASE(levels_that_are_ahead_of_their_edges_again_and_again_are_not_taken_for
     const uint8_t bit = static_cast<uint8_t>(1 << contact.index);
     level = static_cast<uint8_t>(contact.open ? level | bit : level & ~bit);
     CHECK(detector.poll(contact.at + 10, level) == Verdict::kNone);
-    CHECK(detector.on_edge({contact.at, contact.index, contact.open}) == Verdict::kNone);
+    CHECK(detector.on_edge({contact.at, contact.index, contact.open, false}) == Verdict::kNone);
   }
   CHECK(detector.poll(20 * kTicksPerMs, 3) == Verdict::kReleased);
   CHECK(detector.released_at() == at_us(400, 0, true).at);
@@ -134,7 +134,7 @@ TEST_CASE(slow_loops_and_fast_ones_judge_the_same_contacts_the_same) {
 
 // A wire that rattles for minutes: the count stops at its end and does not start anew.
 TEST_CASE(knocks_are_counted_up_to_65535) {
-  ReleaseDetector detector;
+  ReleaseDetector detector{};
   tick_t t = 0;
   detector.reset(t, 65533);
   for (int knock = 0; knock < 4; ++knock) {
@@ -144,10 +144,65 @@ TEST_CASE(knocks_are_counted_up_to_65535) {
       edge.at = t;
       edge.index = 0;
       edge.open = open;
+      edge.lost = false;
       detector.on_edge(edge);
     }
     t += ticks_from_us(kReleaseDebounceUs + 1000);
     detector.poll(t, 0);
   }
   CHECK(detector.knocks() == 65535);
+}
+
+// A board that was blind says so with the next edge.
+namespace {
+
+Verdict edge_at(ReleaseDetector& detector, tick_t us, uint8_t index, bool open, bool lost = false) {
+  return detector.on_edge({us * kTicksPerUs, index, open, lost});
+}
+
+}  // namespace
+
+TEST_CASE(a_release_among_lost_edges_is_within_its_interval) {
+  ReleaseDetector detector{};
+  detector.reset(0, 0);
+  edge_at(detector, 100000, 0, true);
+  // Until here the second switch may have opened at any time.
+  edge_at(detector, 103000, 1, true, true);
+  CHECK(detector.poll(109000 * kTicksPerUs, 3) == Verdict::kReleased);
+  CHECK(detector.released_at() == 103000 * kTicksPerUs);
+  CHECK(detector.earlier_ticks() == 3000 * kTicksPerUs && detector.later_ticks() == 0);
+  CHECK(detector.knocks() == 0);
+}
+
+TEST_CASE(a_release_may_be_later_by_as_long_as_both_may_have_been_closed_again) {
+  for (const bool long_enough : {false, true}) {
+    ReleaseDetector detector{};
+    detector.reset(0, 0);
+    edge_at(detector, 100000, 0, true);
+    edge_at(detector, 100010, 1, true);
+    edge_at(detector, 100020, 1, false);
+    edge_at(detector, 100020 + kReleaseHungUs - !long_enough, 1, true, true);
+    CHECK(detector.poll(110000 * kTicksPerUs, 3) == Verdict::kReleased);
+    CHECK(detector.released_at() == 100010 * kTicksPerUs);
+    CHECK(detector.earlier_ticks() == 0);
+    CHECK(detector.later_ticks() == (long_enough ? (10 + kReleaseHungUs) * kTicksPerUs : 0));
+  }
+}
+
+TEST_CASE(time_without_edges_is_no_knock_and_is_forgotten_once_both_stay_closed) {
+  ReleaseDetector detector{};
+  detector.reset(0, 0);
+  edge_at(detector, 100000, 0, true);
+  edge_at(detector, 100005, 0, false);
+  // No change: the board looks again after 14 ms. Nobody knows that both were closed meanwhile.
+  edge_at(detector, 114000, 0, false, true);
+  detector.poll(115000 * kTicksPerUs, 0);
+  CHECK(detector.knocks() == 0);
+  detector.poll(120000 * kTicksPerUs, 0);
+  CHECK(detector.knocks() == 1);
+  edge_at(detector, 130000, 0, true);
+  edge_at(detector, 130100, 1, true);
+  CHECK(detector.poll(140000 * kTicksPerUs, 3) == Verdict::kReleased);
+  CHECK(detector.released_at() == 130100 * kTicksPerUs);
+  CHECK(detector.earlier_ticks() == 0 && detector.later_ticks() == 0);
 }

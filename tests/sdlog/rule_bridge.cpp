@@ -40,7 +40,7 @@ extern "C" size_t sequencer_tells(const uint32_t* t_us, const uint8_t* index, co
                                   size_t count, uint32_t end_us, uint32_t seed, Told* told) {
   const Edges edges{t_us, index, open, count};
   std::minstd_rand random(seed);
-  ReleaseDetector detector;
+  ReleaseDetector detector{};
   const uint32_t start = random();  // the clock may turn over
   detector.reset(start, 0);
   size_t next = 0, found = 0;
@@ -62,7 +62,7 @@ extern "C" size_t sequencer_tells(const uint32_t* t_us, const uint8_t* index, co
   for (uint32_t now_us = 0; now_us < end_us;) {
     now_us += 20 + random() % 980;
     edges.take(next, now_us, levels, [&](size_t i) {
-      heed(detector.on_edge(SwitchEdge{start + ticks_from_us(t_us[i]), index[i], open[i] != 0}));
+      heed(detector.on_edge(SwitchEdge{start + ticks_from_us(t_us[i]), index[i], open[i] != 0, false}));
     });
     heed(detector.poll(start + ticks_from_us(now_us), levels));
   }

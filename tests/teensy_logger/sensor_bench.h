@@ -96,6 +96,8 @@ struct SensorBench {
       imus[i] = emulator::Mpu6050(parameters);
       buses[i / 2].attach(address(static_cast<int>(i)), imus[i]);
     }
+    // The slowest bus that docs/wiring.md permits.
+    for (emulator::I2cBus& bus : buses) bus.set_rise_ns(logger::kI2cRiseNs);
     apply(with);
   }
 

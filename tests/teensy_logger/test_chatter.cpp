@@ -49,12 +49,12 @@ std::vector<Contact> release(Random& random, uint64_t from_us) {
 // By the rule, which test_release_detector.cpp tests: contacts that chatter for so long are dated by the last
 // of it.
 uint64_t ruled_us(const std::vector<Contact>& contacts) {
-  sequencer::ReleaseDetector detector;
+  sequencer::ReleaseDetector detector{};
   detector.reset(0, 0);
   const uint64_t first_us = contacts.front().at_us;
   for (const Contact& contact : contacts) {
     detector.on_edge({sequencer::ticks_from_us(static_cast<uint32_t>(contact.at_us - first_us)),
-                      static_cast<uint8_t>(contact.index), contact.open});
+                      static_cast<uint8_t>(contact.index), contact.open, false});
   }
   return first_us + sequencer::us_from_ticks(detector.released_at());
 }

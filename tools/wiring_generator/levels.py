@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from .spec import Wiring
+from .spec import Wiring, WiringError
 
 Span = tuple[float, float]
 """Least and most."""
@@ -134,7 +134,7 @@ class Levels:
 
     def checks(self) -> list[Check]:
         """Check every level and current that the wiring was chosen by."""
-        return self._switch_at_micro() + self._switch_at_teensy() + self._other_lines()
+        return self._switch_at_micro() + self._switch_at_teensy() + self._other_lines() + self._buses()
 
     def _switch_at_micro(self) -> list[Check]:
         limit = self._wiring.limit
@@ -303,16 +303,70 @@ class Levels:
             ),
         ]
 
+    def _buses(self) -> list[Check]:
+        limit, i2c = self._wiring.limit, self._wiring.i2c
+        rises_s = [row.rise_s(limit["i2c_cable_f"]) for row in bus_pullups(self._wiring)]
+        burst = [i2c["idle_s"] + i2c["burst_bits"] * (i2c["bit_s"] + rise_s) for rise_s in rises_s]
+        return [
+            Check(
+                "clock of an I2C bus: rise to the high threshold of the Teensy",
+                "each row of the pull-ups, 150 pF",
+                (min(rises_s) * 1e9, max(rises_s) * 1e9),
+                "ns",
+                "at most",
+                limit["i2c_bit_rise_s"] * 1e9,
+                "imxrt",
+            ),
+            Check(
+                "an IMU's burst at 400 kHz, before the logger gives it up",
+                "156 bits of 2.5 µs and that rise, 8 µs before",
+                (min(burst) * 1e6, max(burst) * 1e6),
+                "µs",
+                "at most",
+                burst_deadline_us(self._wiring),
+                "robot",
+            ),
+        ]
+
+
+def burst_deadline_us(wiring: Wiring) -> int:
+    """Compute when the logger gives up a burst at 400 kHz, µs: slower than any permitted bus, by the margin."""
+    limit, i2c = wiring.limit, wiring.i2c
+    bit_s: float = i2c["bit_s"] + limit["i2c_bit_rise_s"] + limit["i2c_margin_s"]
+    burst_s: float = i2c["idle_s"] + i2c["burst_bits"] * bit_s
+    # Rounded to the nanosecond first: 440.9 us of floats must not become 442.
+    return math.ceil(round(burst_s * 1e6, 3))
+
 
 @dataclass(frozen=True)
 class BusPullup:
-    """One bus with two modules: what all its pull-ups come to, and whether R14 to R17 are fitted."""
+    """One bus with two modules: what all its pull-ups come to, ohm.
+
+    Attributes:
+        module_ohm: On each module; 0: none.
+        bare_ohm: They and the Teensy's.
+        external_ohm: R14 to R17; 0: left out.
+        total_ohm: All together.
+        max_ohm: The same at the worst of all tolerances.
+        max_farad: The greatest capacitance of cable and parts.
+        threshold: Of the supply, where the Teensy reads high for certain.
+    """
 
     module_ohm: float
     bare_ohm: float
+    external_ohm: float
     total_ohm: float
-    fit: bool
+    max_ohm: float
     max_farad: float
+    threshold: float
+
+    def rise_s(self, farad: float) -> float:
+        """Compute the longest rise from ground to the threshold, s."""
+        return _rise_time_constants(self.threshold) * self.max_ohm * farad
+
+
+def _rise_time_constants(threshold: float) -> float:
+    return math.log(1 / (1 - threshold))
 
 
 def min_bus_ohm(wiring: Wiring) -> float:
@@ -323,19 +377,38 @@ def min_bus_ohm(wiring: Wiring) -> float:
 
 
 def bus_pullups(wiring: Wiring) -> list[BusPullup]:
-    """Choose for each module that is sold: the external resistor is fitted where the bus would be too slow without."""
-    rows = []
-    for module_ohm in wiring.i2c["modules_ohm"]:
-        # Two modules share a bus; some are sold without pull-ups (0).
-        own = [wiring.i2c["teensy_ohm"]] + ([module_ohm] * 2 if module_ohm else [])
-        bare = parallel(*own)
-        fit = _max_farad(wiring, bare) < wiring.limit["i2c_cable_f"]
-        total = parallel(bare, wiring.i2c["external_ohm"]) if fit else bare
-        rows.append(BusPullup(module_ohm, bare, total, fit, _max_farad(wiring, total)))
-    return rows
+    """Choose for each module that is sold the greatest external resistor that is fast enough, or none."""
+    return [_choose_pullup(wiring, module_ohm) for module_ohm in wiring.i2c["modules_ohm"]]
 
 
-def _max_farad(wiring: Wiring, ohm: float) -> float:
-    """Compute the greatest capacitance of a bus with this pull-up, F (UM10204 7.1, equation 1)."""
-    # A rise is measured from 0.3 to 0.7 of the supply: ln(7/3) time constants.
-    return wiring.limit["i2c_rise_s"] / (math.log(7 / 3) * ohm)
+def _choose_pullup(wiring: Wiring, module_ohm: float) -> BusPullup:
+    # From none to the smallest: the first that is fast enough loads the chips least.
+    rows = [_bus_pullup(wiring, module_ohm, ohm) for ohm in (0, *wiring.i2c["external_ohm"])]
+    fast = [row for row in rows if row.max_farad >= wiring.limit["i2c_cable_f"]]
+    if not fast or fast[0].total_ohm < min_bus_ohm(wiring):
+        raise WiringError(f"modules of {module_ohm:g} ohm: no R14 to R17 is fast enough and within 3 mA")
+    return fast[0]
+
+
+def _bus_pullup(wiring: Wiring, module_ohm: float, external_ohm: float) -> BusPullup:
+    """Put two modules, the Teensy and an external resistor (0: none) beside each other."""
+
+    def total(teensy_ohm: float, factor: float) -> float:
+        fitted = [module_ohm, module_ohm, external_ohm]
+        return parallel(teensy_ohm, *(ohm * factor for ohm in fitted if ohm))
+
+    bare_ohm = (
+        parallel(wiring.i2c["teensy_ohm"], *[module_ohm] * 2) if module_ohm else wiring.i2c["teensy_ohm"]
+    )
+    max_ohm = total(wiring.ranges["teensy_pullup"].high, 1 + wiring.tolerance["resistor"])
+    threshold = wiring.i2c["threshold"]
+    max_farad = wiring.limit["i2c_bit_rise_s"] / (_rise_time_constants(threshold) * max_ohm)
+    total_ohm = total(wiring.i2c["teensy_ohm"], 1)
+    return BusPullup(module_ohm, bare_ohm, external_ohm, total_ohm, max_ohm, max_farad, threshold)
+
+
+def max_bus_ohm(wiring: Wiring) -> float:
+    """Compute the nominal pull-up with which cable and parts of 150 pF are still fast enough, ohm."""
+    rise_s = wiring.limit["i2c_bit_rise_s"]
+    max_ohm = rise_s / (_rise_time_constants(wiring.i2c["threshold"]) * wiring.limit["i2c_cable_f"])
+    return max_ohm / (1 + wiring.tolerance["resistor"])

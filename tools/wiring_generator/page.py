@@ -6,7 +6,7 @@ import re
 from itertools import groupby
 from pathlib import Path
 
-from .levels import Check, Levels, bus_pullups, min_bus_ohm
+from .levels import Check, Levels, burst_deadline_us, bus_pullups, max_bus_ohm, min_bus_ohm
 from .spec import Element, Part, Wire, Wiring, WiringError
 
 _PROSE = Path(__file__).with_name("wiring.in.md")
@@ -33,6 +33,10 @@ def generate(wiring: Wiring) -> str:
         "opening_us": f"{opening[0] * 1e6:.0f} to {opening[1] * 1e6:.0f}",
         "closing_us": f"{closing[0] * 1e6:.0f} to {closing[1] * 1e6:.0f}",
         "min_bus_ohm": f"{min_bus_ohm(wiring) / 1e3:.2f} kΩ",
+        "max_bus_ohm": f"{max_bus_ohm(wiring) / 1e3:.2f} kΩ",
+        "max_rise_ns": f"{wiring.limit['i2c_bit_rise_s'] * 1e9:.0f} ns",
+        "margin_ns": f"{wiring.limit['i2c_margin_s'] * 1e9:.0f} ns",
+        "deadline_us": f"{burst_deadline_us(wiring)} µs",
     }
 
     def value(match: re.Match[str]) -> str:
@@ -101,7 +105,7 @@ def _pullups(wiring: Wiring) -> str:
     rows = []
     for bus in bus_pullups(wiring):
         module = f"{bus.module_ohm / 1e3:g} kΩ" if bus.module_ohm else "none"
-        use = "2.2 kΩ" if bus.fit else "leave out"
+        use = f"{bus.external_ohm / 1e3:g} kΩ" if bus.external_ohm else "leave out"
         rows.append(
             f"| {module} | {bus.bare_ohm / 1e3:.2f} kΩ | {use} | {bus.total_ohm / 1e3:.2f} kΩ "
             f"| {bus.max_farad * 1e12:.0f} pF |"

@@ -65,7 +65,7 @@ class LastRun:
         released_us: The release edge on the board's clock, since the start in which it was released.
         since_release_s: How long ago that is, to 1 ms; None where the board may have been reset since.
         bounces: Edges of both switches from the release's first edge to its confirmation.
-        earlier_us: The robot may have left so long before the release edge; 0 unless the edges fit two releases.
+        earlier_us: The robot may have left so long before the release edge; 0 unless the edges, or lost ones, fit two.
         later_us: And so long after it.
         onsets: Of all strokes of the maneuver that flew, in its order.
     """

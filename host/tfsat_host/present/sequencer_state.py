@@ -186,7 +186,7 @@ def _last_run_words(report: SequencerReport) -> str:
     # Bounce may be read as two releases.
     if run.earlier_us or run.later_us:
         text += (
-            ". ATTENTION: the switches' edges fit two releases: the robot may have left up to "
+            ". ATTENTION: the switches' edges fit more than one release: the robot may have left up to "
             f"{run.earlier_us / 1000:.1f} ms before or {run.later_us / 1000:.1f} ms after it"
         )
     return text

@@ -329,7 +329,7 @@ class RunReportReply(Payload):
         release_us: Microseconds of that time beyond the whole milliseconds, 0 to 999.
         stroke_count: Strokes of the maneuver that flew.
         start_us: Of each stroke: from the release edge to the rise of the first whole pulse of its width on the pin, 0.5 us rounded down; or stroke_not_begun_us, stroke_time_unknown_us. Late if the pin was held from outside.
-        earlier_us: The robot may have left up to this long before the release edge; 0 unless the edges fit two releases.
+        earlier_us: The robot may have left up to this long before the release edge; 0 unless the edges, or those that were lost, fit two releases.
         later_us: And so long after it.
     """
 

@@ -105,7 +105,8 @@ def test_a_pin_that_is_let_go_right_after_a_pulse_loses_no_stroke(
     free = fall(20_000)
     free.run_to(AFTER_US)
     # The last pulse before the stroke, of a flight that nobody disturbs.
-    last = [pulse for pulse in free.pulses_since_release() if pulse.rise_ns < 1000 * FIRST_US][-1]
+    # The stroke's own pulse may rise a tick before its time, as the release may be stamped one early.
+    last = [pulse for pulse in free.pulses_since_release() if pulse.rise_ns < 1000 * (FIRST_US - 1_000)][-1]
     fall_ns = last.rise_ns + last.width_ns
     free.board.close()
     for cycles in range(-64, 1_000, step):

@@ -16,6 +16,7 @@ from tests.validation.logger_proof.measurements import (
     measure_offsets,
     measure_spare,
     run_glitches,
+    run_slow_buses,
 )
 from tests.validation.logger_proof.results import describe_machines, make_tables
 
@@ -32,8 +33,10 @@ def campaigns(folder: Path) -> list[Campaign]:
                  [partial(compare, pc, m7, count=BATCH)] * (FULL_SEEDS // BATCH), 0, BATCH),
         Campaign("instructions", "at most a tenth of the processor",
                  [partial(count_instructions, counting, rate_hz) for rate_hz in RATES_HZ]),
-        Campaign("failed-transfers", "no more than the sample that was hit",
+        Campaign("failed-transfers", "the sample that was hit, and after a timeout at 1 kHz the next",
                  [partial(run_glitches, folder / "glitches", RATES_HZ)]),
+        Campaign("slow-buses", "no sample is lost, none late, on a bus that docs/wiring.md permits",
+                 [partial(run_slow_buses, folder / "slow_bus", RATES_HZ)]),
         Campaign("read-times", "each IMU is read when the log says, within 0.1 ms",
                  [partial(measure_offsets, folder / "offsets")]),
         Campaign("shared-processor", "no sample is dropped",

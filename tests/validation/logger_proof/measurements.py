@@ -23,6 +23,9 @@ from tests.validation.logger_proof.building import BOARD, PORTABLE, SOURCES
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.robot import load_robot
 
+CHECKED_BEHIND_HZ = 935
+"""Up to here a period holds two bursts on the slowest permitted bus, and the settings read back behind them."""
+
 
 class Glitches(NamedTuple):
     """Of one kind at one rate.
@@ -46,9 +49,9 @@ class Glitches(NamedTuple):
 def run_glitches(folder: Path, rates_hz: Sequence[int]) -> list[Glitches]:
     """Measure the cost of glitches of both kinds at each rate.
 
-    Raises Broken if one costs more than the sample that it hit.
+    Raises Broken if one costs more than it may.
     """
-    program = _built(folder)
+    program = _build_bench(folder, "glitches")
     glitches = []
     for rate_hz in rates_hz:
         output = subprocess.run([program, str(rate_hz)], capture_output=True, text=True, check=True).stdout
@@ -56,20 +59,68 @@ def run_glitches(folder: Path, rates_hz: Sequence[int]) -> list[Glitches]:
             kind, *numbers = line.split()
             glitches.append(Glitches(kind, rate_hz, *map(int, numbers)))
     for glitch in glitches:
-        # The sample that was hit may be lost, but no second one and none of another IMU.
-        if glitch.most > 1 or glitch.others:
+        # The sample that was hit may be lost, but none of another IMU. A second one only after a timeout at 1 kHz,
+        # where two bursts on the slowest bus leave no time to read the settings back behind them.
+        if glitch.most > allowed_cost(glitch.kind, glitch.rate_hz) or glitch.others:
             raise Broken(
                 f"one {glitch.kind} costs {glitch.most} samples at {glitch.rate_hz} Hz, and others {glitch.others}"
             )
     return glitches
 
 
-def _built(folder: Path) -> Path:
-    sources = [BOARD / "glitches.cpp"]
+def allowed_cost(kind: str, rate_hz: int) -> int:
+    """Return how many samples of the struck IMU one failed transfer may cost."""
+    return 2 if kind == "timeout" and rate_hz > CHECKED_BEHIND_HZ else 1
+
+
+def _build_bench(folder: Path, name: str) -> Path:
+    sources = [BOARD / f"{name}.cpp"]
     sources += [SOURCES / "core" / f"{name}.cpp" for name in ("settings", "mpu6050", "sampler")]
     sources += [EMULATOR_SOURCES / "sensors" / f"{name}.cpp" for name in ("mpu6050", "low_pass")]
     folder.mkdir(parents=True, exist_ok=True)
-    return build_program(sources, folder / "glitches")
+    return build_program(sources, folder / name)
+
+
+PERMITTED_RISE_NS = 230
+"""Of the clock line, by docs/wiring.md."""
+RISES_NS = (0, 115, PERMITTED_RISE_NS, 275, 426)
+"""The last: 2.00 kΩ with 177 pF, which an earlier page permitted."""
+
+
+class SlowBus(NamedTuple):
+    """Ten seconds of sampling on buses of this rise, at 400 kHz.
+
+    Attributes:
+        rise_ns: From ground to the master's threshold.
+        rate_hz: Sampling rate.
+        samples: Of each IMU.
+        lost: Of all four.
+        longest_us: The longest sampling interrupt.
+    """
+
+    rise_ns: int
+    rate_hz: int
+    samples: int
+    lost: int
+    longest_us: int
+
+
+def run_slow_buses(folder: Path, rates_hz: Sequence[int]) -> list[SlowBus]:
+    """Sample on buses from fast to too slow.
+
+    Raises Broken if a permitted bus loses a sample, or makes the next one late.
+    """
+    program = _build_bench(folder, "slow_bus")
+    buses = []
+    for rise_ns, rate_hz in product(RISES_NS, rates_hz):
+        command = [str(program), str(rate_hz), str(rise_ns)]
+        output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        buses.append(SlowBus(rise_ns, rate_hz, *map(int, output.split())))
+    for bus in buses:
+        late = bus.longest_us * bus.rate_hz >= 1_000_000
+        if bus.rise_ns <= PERMITTED_RISE_NS and (bus.lost or late):
+            raise Broken(f"a permitted bus: {bus}")
+    return buses
 
 
 BUSES_KHZ = (400, 100)

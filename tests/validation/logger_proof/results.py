@@ -11,7 +11,7 @@ from tests.validation.campaign import Campaign, Found, campaigns_csv, output
 from tests.validation.logger_proof.campaign import RATES_HZ
 from tests.validation.logger_proof.judge import LOOP_US, PARTIAL_AND_SYNC_US, Outcome
 from tests.validation.logger_proof.m7 import MACHINE, SHARE_MAX, Instructions
-from tests.validation.logger_proof.measurements import READ_TIME_MAX_US, Spare
+from tests.validation.logger_proof.measurements import PERMITTED_RISE_NS, READ_TIME_MAX_US, Spare
 from tests.validation.logger_proof.truth import Kind
 from tests.validation.tables import csv_text, results_csv
 from tests.validation.targets import Target, targets_csv
@@ -62,7 +62,7 @@ def make_tables(results: Found, campaigns: Sequence[Campaign]) -> dict[str, str]
         "instructions": csv_text(machine, map(_instruction_row, results["instructions"])),
         **{
             name: results_csv(results[name])
-            for name in ("shared-processor", "failed-transfers", "read-times")
+            for name in ("shared-processor", "failed-transfers", "slow-buses", "read-times")
         },
     }
     return {f"{name}.csv": text for name, text in tables.items()}
@@ -85,6 +85,10 @@ def find_targets(results: Found) -> list[Target]:
     stalled = [outcome for rate_hz in RATES_HZ for outcome in _stalled_outcomes(outcomes, rate_hz)]
     quiet = [outcome for outcome in outcomes if outcome.cut and not outcome.stalls and not outcome.pulled]
     glitches, offsets = results["failed-transfers"], results["read-times"]
+    most_lost = {
+        rate_hz: max(glitch.most for glitch in glitches if glitch.rate_hz == rate_hz) for rate_hz in RATES_HZ
+    }
+    permitted = [bus for bus in results["slow-buses"] if bus.rise_ns <= PERMITTED_RISE_NS]
     return [
         Target(
             "samples dropped, with the firmware's own ring",
@@ -104,7 +108,9 @@ def find_targets(results: Found) -> list[Target]:
             high=100 * SHARE_MAX,
             unit="%",
         ),
-        Target("samples lost by one failed transfer", max(glitch.most for glitch in glitches), high=1),
+        Target("samples lost by one failed transfer, 280 Hz", most_lost[280], high=1),
+        Target("samples lost by one failed transfer, 1 kHz", most_lost[1000], high=2),
+        Target("samples lost on a permitted bus", sum(bus.lost for bus in permitted), high=0),
         Target("samples of other IMUs lost by it", sum(glitch.others for glitch in glitches), high=0),
         Target(
             "a sensor's time in the log's header, off by",

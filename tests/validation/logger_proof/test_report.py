@@ -18,7 +18,15 @@ from tests.validation.logger_proof.building import core_files
 from tests.validation.logger_proof.campaign import RATES_HZ, SEEDS
 from tests.validation.logger_proof.judge import Outcome
 from tests.validation.logger_proof.m7 import Figure, Instructions
-from tests.validation.logger_proof.measurements import Glitches, Offset, Spare, measure_offsets, run_glitches
+from tests.validation.logger_proof.measurements import (
+    Glitches,
+    Offset,
+    SlowBus,
+    Spare,
+    measure_offsets,
+    run_glitches,
+    run_slow_buses,
+)
 from tests.validation.logger_proof.results import describe_machines, make_tables
 from tests.validation.logger_proof.truth import Kind
 from tests.validation.provenance import read_provenance
@@ -51,7 +59,8 @@ FOUND: dict[str, Sequence[Any]] = {
     "twins": [b"image", b"truth"],
     "instructions": COUNTED,
     "shared-processor": [Spare(1000, 23_000, 0, 816, 821), Spare(1000, 23_000, 100, 479, 544)],
-    "failed-transfers": [Glitches("nack", 280, 200, 150, 1, 0)],
+    "failed-transfers": [Glitches("nack", rate_hz, 200, 150, 1, 0) for rate_hz in RATES_HZ],
+    "slow-buses": [SlowBus(230, 1000, 10_000, 0, 985)],
     "read-times": [Offset(100, 2, 1560, 1538.7)],
 }
 
@@ -81,6 +90,7 @@ def test_tables_have_their_runs_figures() -> None:
         "instructions": "1000,3800,11800,1800,300,250,0.64",
         "shared-processor": "1000,23000,100,479,544",
         "failed-transfers": "nack,280,200,150,1,0",
+        "slow-buses": "230,1000,10000,0,985",
         "read-times": "100,2,1560,1538.7",
         "recordings": "the block under way is torn,1000,3,3,0,3,0,0,6,0",
         "targets": "\"a sensor's time in the log's header, off by\",21.3,,100,µs,yes",
@@ -107,11 +117,19 @@ def test_what_both_machines_wrote_stands_with_the_campaign() -> None:
     assert set(described) < set(read_provenance(FOLDER))
 
 
-def test_one_failed_transfer_costs_one_sample(tmp_path: Path) -> None:
+def test_one_failed_transfer_costs_one_sample_or_two_at_1_khz(tmp_path: Path) -> None:
     glitches = run_glitches(tmp_path, RATES_HZ)
-    # 200 glitches of each kind at each rate, each costing exactly the sample that it hit.
-    assert [(glitch.kind, glitch.lost) for glitch in glitches] == 2 * [("nack", 200), ("timeout", 200)]
+    # 200 glitches of each kind at each rate, each costing the sample that it hit, at 1 kHz a timeout the next, too.
+    lost = [("nack", 200), ("timeout", 200), ("nack", 200), ("timeout", 400)]
+    assert [(glitch.kind, glitch.lost) for glitch in glitches] == lost
     assert results_csv(glitches) == (FOLDER / "failed-transfers.csv").read_text()
+
+
+def test_a_permitted_bus_loses_no_sample(tmp_path: Path) -> None:
+    buses = run_slow_buses(tmp_path, RATES_HZ)
+    assert results_csv(buses) == (FOLDER / "slow-buses.csv").read_text()
+    # The rise that an earlier page permitted: beyond the deadline, and not missed here.
+    assert all(bus.lost == 4 * bus.samples for bus in buses if bus.rise_ns == 426)
 
 
 def test_each_imu_is_read_when_the_log_says(tmp_path: Path) -> None:

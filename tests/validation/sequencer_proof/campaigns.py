@@ -12,9 +12,12 @@ from tests.validation.campaign import Broken, Campaign, Found
 from tests.validation.sequencer_proof.bench import Bench, image_report
 from tests.validation.sequencer_proof.contacts import Chatter
 from tests.validation.sequencer_proof.damage import Case, damage_image, damage_native
+from tests.validation.sequencer_proof.half_transfers import HOSTS_US, disturbed_releases, judge_disturbed
 from tests.validation.sequencer_proof.held_pins import LEVELS, SUBSETS, held_pins
+from tests.validation.sequencer_proof.jog_lives import jog_lives
 from tests.validation.sequencer_proof.jolts import closed_again, jolted_releases
 from tests.validation.sequencer_proof.link import STATES, Abuse, Noise, abuse_link, begins_us, make_noise
+from tests.validation.sequencer_proof.one_closed import one_closed_again
 from tests.validation.sequencer_proof.one_rule import one_rule
 from tests.validation.sequencer_proof.power_cuts import History, Record, cut_points, second_upload_writes
 from tests.validation.sequencer_proof.releases import (
@@ -64,6 +67,11 @@ def campaigns(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> li
           for chatter, (name, seed, jobs) in DATES.items()),
         Campaign("jolted", "the reported interval holds the moment at which the robot left",
                  [partial(jolted_releases, bench, count=1_500)] * 8, 10_000),
+        Campaign("disturbed", "what is reported holds the release; dates as with a sound host",
+                 [partial(disturbed_releases, bench, every_us, count=1_000) for every_us in HOSTS_US * 2], 10_050,
+                 judge=judge_disturbed),
+        Campaign("one_closed", "an interval holds the release, or after 60 ms the last opening is the date",
+                 [partial(one_closed_again, bench, count=300)] * 4, 10_070),
         Campaign("closed", "closed again: armed before the first stroke, FAULT and servos held after it",
                  [partial(closed_again, bench, count=25)] * 4, 10_100),
         Campaign("rule", "sequencer, logger and decoder find the same releases",
@@ -88,6 +96,8 @@ def campaigns(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> li
                  [partial(hang_board, hanging, state, 10) for state in STATES], 8000),
         Campaign("held", "servos keep their pins' last whole width; STATUS and RUN_REPORT agree with the pins",
                  [partial(held_pins, bench, joints, level, 100) for level in LEVELS for joints in SUBSETS], 9000),
+        Campaign("jogs", "a joint moves while somebody asks, within its limits, at its speed, and is let go in time",
+                 [partial(jog_lives, bench, count=50)] * 20, 11_000, 50),
         Campaign("rewrites", "an upload of what is stored writes a begun marker and its end at most",
                  [partial(second_upload_writes, bench, record) for record in Record]),
     ]  # fmt: skip

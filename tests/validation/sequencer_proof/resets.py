@@ -36,8 +36,8 @@ BAD_FRAME = b"\x05\xff\xff\xff\xff\x00"
 BAD_FRAMES = 3
 HANG = Edit(
     "arduino_sequencer.ino",
-    "  host_link.poll();\n",
-    f"  host_link.poll();\n  while (host_link.rejected_frames() >= {BAD_FRAMES}) {{\n  }}\n",
+    "  if (ready) host_link.poll();\n",
+    f"  if (ready) host_link.poll();\n  while (host_link.rejected_frames() >= {BAD_FRAMES}) {{\n  }}\n",
 )
 """The change that makes the firmware hang on order: after three damaged frames, in any state. A reset forgets them."""
 HANG_LIMIT_US = 1_300_000

@@ -15,8 +15,11 @@ from tests.validation.sequencer_proof.blocking import (
 )
 from tests.validation.sequencer_proof.campaigns import DATES, least_never_used
 from tests.validation.sequencer_proof.damage import TOLD, Damaged, Place
+from tests.validation.sequencer_proof.half_transfers import disturbed_rows
+from tests.validation.sequencer_proof.jog_lives import jog_row
 from tests.validation.sequencer_proof.jolts import jolt_rows
 from tests.validation.sequencer_proof.link import STATES, Abuse, Noise, Noisy
+from tests.validation.sequencer_proof.one_closed import one_closed_rows
 from tests.validation.sequencer_proof.power_cuts import Cuts, Record, Tear
 from tests.validation.sequencer_proof.releases import (
     WORST_ERROR_US,
@@ -93,6 +96,29 @@ def make_tables(results: Found, campaigns: Sequence[Campaign], image: Path) -> d
             ),
             jolt_rows(results["jolted"]),
         ),
+        "half-transfers": csv_text(
+            (
+                "control transfers of the host",
+                "second switch within",
+                "releases",
+                "within 50 µs",
+                "more",
+                "worst, ms",
+                "with an interval",
+                "truth outside",
+            ),
+            disturbed_rows(results["disturbed"]),
+        ),
+        "one-closed": csv_text(
+            (
+                "one switch closed again for",
+                "releases",
+                "date late by at most, ms",
+                "with an interval",
+                "truth outside",
+            ),
+            one_closed_rows(results["one_closed"]),
+        ),
         "link": csv_text(
             ("host", "runs", "a stroke moved in"),
             [(abuse, *(sum(row) for row in zip(*_runs(abuse, results), strict=True))) for abuse in Abuse],
@@ -101,6 +127,16 @@ def make_tables(results: Found, campaigns: Sequence[Campaign], image: Path) -> d
         "resets": results_csv(results["resets"]),
         "hangs": results_csv(results["hangs"]),
         "held-pins": results_csv(results["held"]),
+        "jog": csv_text(
+            (
+                "lives",
+                "orders",
+                "DISARMs, closed ports, pulled cables, resets",
+                "times a joint was driven",
+                "pulses",
+            ),
+            [jog_row(results["jogs"])],
+        ),
     }
     return {f"{name}.csv": text for name, text in tables.items()}
 

@@ -30,7 +30,9 @@ from tests.validation.sequencer_proof.contacts import (
     fall,
 )
 from tests.validation.sequencer_proof.damage import TOLD, Case, Place, damage_image, damage_native
+from tests.validation.sequencer_proof.half_transfers import HOSTS_US, disturbed_releases, judge_disturbed
 from tests.validation.sequencer_proof.held_pins import LEVELS, SUBSETS, held_pins
+from tests.validation.sequencer_proof.jog_lives import jog_lives
 from tests.validation.sequencer_proof.jolts import closed_again, jolted_releases
 from tests.validation.sequencer_proof.link import (
     LAST_BEGIN_US,
@@ -41,6 +43,7 @@ from tests.validation.sequencer_proof.link import (
     begins_us,
     make_noise,
 )
+from tests.validation.sequencer_proof.one_closed import one_closed_again
 from tests.validation.sequencer_proof.power_cuts import (
     History,
     Record,
@@ -173,6 +176,19 @@ def test_what_is_told_of_a_release_after_jolts_holds_when_the_robot_left(bench: 
     jolted = jolted_releases(bench, seed=59, count=150)
     assert sum(release.interval_us > 0 for release in jolted) > 30
     assert sum(not release.jolts for release in jolted) > 5
+
+
+def test_a_host_that_ends_no_transfer_moves_no_date(bench: Bench) -> None:
+    releases = [
+        release for every_us in HOSTS_US for release in disturbed_releases(bench, every_us, seed=59, count=60)
+    ]
+    judge_disturbed(releases)
+    # The board knows that it was blind: contacts chattered for longer than an interrupt may follow.
+    assert all(release.later_us > 0 for release in releases)
+
+
+def test_one_switch_that_closes_again_is_reported_as_the_page_says(bench: Bench) -> None:
+    assert len(one_closed_again(bench, seed=59, count=90)) == 90
 
 
 def test_closed_again_starts_nothing_or_ends_the_run(bench: Bench) -> None:
@@ -312,3 +328,12 @@ def test_a_servo_is_driven_after_a_reset_as_its_pin_was(bench: Bench, level: Pin
     pin_results = [held_pins(bench, joints, level, count=2, seed=9) for joints in SUBSETS]
     assert sum(result.missed for result in pin_results) > 0
     assert sum(result.on_time for result in pin_results) > 0
+
+
+# ------------------------------------------------------------------ jog
+
+
+@pytest.mark.parametrize("seed", [0, 12])
+def test_a_joint_moves_only_while_somebody_asks(bench: Bench, seed: int) -> None:
+    lives = jog_lives(bench, seed, count=12)
+    assert lives.ends > 12 and lives.jogs > 36 and lives.pulses > 1_000

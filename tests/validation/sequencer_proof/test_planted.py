@@ -16,7 +16,9 @@ from tests.validation.sequencer_proof.blocking import UnboundedError
 from tests.validation.sequencer_proof.conftest import Plant
 from tests.validation.sequencer_proof.contacts import Chatter
 from tests.validation.sequencer_proof.damage import Case, damage_image
+from tests.validation.sequencer_proof.half_transfers import EVERY_US, disturbed_releases, judge_disturbed
 from tests.validation.sequencer_proof.held_pins import held_pins
+from tests.validation.sequencer_proof.jog_lives import jog_lives
 from tests.validation.sequencer_proof.jolts import closed_again, jolted_releases
 from tests.validation.sequencer_proof.link import Abuse, Noise, abuse_link, make_noise
 from tests.validation.sequencer_proof.power_cuts import History, Record, cut_points
@@ -37,7 +39,7 @@ BEGUN_BYTE = "complete_byte(position_) ^ kFlipToBegun"
 TOLD_BEGUN = "begun > 0 ? Slot::kBegun : Slot::kDamaged"
 RESTART = "  detector_.reset(now, retained_.knocks);\n  resume_after"
 FIND_DEFECT = "int8_t Settings::find_defect() const {\n"
-POLL = "  host_link.poll();\n"
+POLL = "  if (ready) host_link.poll();\n"
 ONSET = "us_from_ticks(servos_.change_began_at(i) - released_at_{})"
 FALL = "set_edge(channel, c.pulse.rise + c.pulse.width_ticks{}, false)"
 HOLDS_OFF = (
@@ -62,6 +64,14 @@ def cut(record: Record, history: History, sample: int) -> Campaign:
 
 def reset(moment: Moment, cause: ResetCause, count: int = 1) -> Campaign:
     return lambda bench: reset_board(bench, moment, cause, count, seed=4)
+
+
+def check_disturbed_dates(bench: Bench) -> None:
+    judge_disturbed(disturbed_releases(bench, EVERY_US, seed=59, count=60))
+
+
+def live_jogs(bench: Bench) -> None:
+    jog_lives(bench, seed=0, count=24)
 
 
 def noisy(bench: Bench) -> None:
@@ -107,6 +117,34 @@ DEFECTS: dict[str, tuple[list[Edit], Campaign, str]] = {
         [Edit("src/core/release_detector.h", "return hung_ || last_", "return false && last_")],
         lambda bench: jolted_releases(bench, seed=59, count=150),
         "nothing is said of it",
+    ),
+    "a wait for the host that no edge ends": (
+        [
+            Edit(CAPTURE, "if (GPIOR1 != 0) OCR3B = present + kEndWaitTicks;", "(void)kEndWaitTicks;"),
+            Edit(SKETCH, "return may_hurry && ReleaseCapture::gave_up();", "return false;"),
+        ],
+        check_disturbed_dates,
+        "dates are off|outside of what is reported",
+    ),
+    "edges that are lost in silence": (
+        [Edit(CAPTURE, "levels | kLost | (", "levels | (")],
+        check_disturbed_dates,
+        "outside of what is reported",
+    ),
+    "a jog that nobody need ask for": (
+        [Edit("src/core/jog.h", ">= protocol::kJogIdleMs", ">= 3 * protocol::kJogIdleMs")],
+        live_jogs,
+        "nobody asks",
+    ),
+    "a jog that outlives its port": (
+        [Edit(SEQUENCER, "if (state_ == SequencerState::kJogging) disarm();", "")],
+        live_jogs,
+        "nobody asks",
+    ),
+    "a jog that hurries": (
+        [Edit("src/core/jog.h", "rest_ + protocol::kJogSpeedCdegS", "rest_ + 8 * protocol::kJogSpeedCdegS")],
+        live_jogs,
+        "moves",
     ),
     "a board that flies on the crane": (
         [Edit(DETECTOR, "stood >= kSeatedTicks", "stood >= 100 * kSeatedTicks")],
@@ -164,7 +202,7 @@ DEFECTS: dict[str, tuple[list[Edit], Campaign, str]] = {
     "a board that arms with an open switch": (
         [
             Edit(SEQUENCER, "bool opened = switches_.levels() != 0;", "bool opened = false;"),
-            Edit(SEQUENCER, "opened = opened || edge.open;", "opened = false;"),
+            Edit(SEQUENCER, "opened = opened || edge.open || !edge.lost;", "opened = false;"),
         ],
         reset(Moment.ARMED_SECOND_OPEN, ResetCause.WATCHDOG),
         "",

@@ -20,9 +20,12 @@ from tests.validation.sequencer_proof.blocking import path_rows
 from tests.validation.sequencer_proof.campaigns import FAST_BEYOND, campaigns, judge_stack
 from tests.validation.sequencer_proof.contacts import Chatter
 from tests.validation.sequencer_proof.damage import Case, Damaged, DamagedImage, Place
+from tests.validation.sequencer_proof.half_transfers import HOSTS_US, Disturbed, judge_disturbed
 from tests.validation.sequencer_proof.held_pins import HeldPins
+from tests.validation.sequencer_proof.jog_lives import Lives
 from tests.validation.sequencer_proof.jolts import ClosedAgain, Jolted
 from tests.validation.sequencer_proof.link import Abuse, Abused, Noise, Noisy
+from tests.validation.sequencer_proof.one_closed import OneClosed
 from tests.validation.sequencer_proof.one_rule import Agreement
 from tests.validation.sequencer_proof.power_cuts import Cuts, History, Record, second_upload_writes
 from tests.validation.sequencer_proof.releases import Dated, Flights, Plan, Release, avr_releases, judge
@@ -49,6 +52,16 @@ FOUND: dict[str, Sequence[Any]] = {
     "fast_dated": [Dated(0.5, False), Dated(0.0, False)],
     "fastest_dated": [Dated(0.5, False), Dated(21.0, True)],
     "jolted": [Jolted(0, 12.0, 0), Jolted(1, 40.0, 0), Jolted(2, -3_500.0, 4_100)],
+    "disturbed": [
+        Disturbed(every_us, together, error_us, 500, 4_000)
+        for every_us in HOSTS_US
+        for together, error_us in ((True, 0.5), (False, 312.0))
+    ],
+    "one_closed": [
+        OneClosed(0, 500, 400, 0.5, 0, 0),
+        OneClosed(1, 500, 20_000, 20_500, 20_500, 0),
+        OneClosed(2, 500, 90_000, 90_500, 0, 0),
+    ],
     "closed": [ClosedAgain(25, 25, [RELEASE])],
     "rule": [Agreement(1_000, 600, 300, 50)],
     "knocks": [Knocks(3, 4, OFF_US)],
@@ -60,6 +73,7 @@ FOUND: dict[str, Sequence[Any]] = {
     "noisy": [Noisy(Noise.BYTES, drops=1, never_used=570)],
     "resets": [Resets(Moment.ARMED, ResetCause.BROWN_OUT, 25, ErrorCode.NONE, Extremes(11, 24.5), OFF_US)],
     "held": [HeldPins((1, 3), PinHold.LOW, 20, on_time=30, late=3, missed=7, extra_marks=2)],
+    "jogs": [Lives(50, 1_500, 150, 300, 15_000), Lives(50, 1_400, 140, 290, 14_000)],
     "hangs": [Hangs(SequencerState.SAFE, 10, Extremes(1_020, 1_024))],
 }
 
@@ -80,6 +94,9 @@ def test_tables_have_their_campaigns_figures(bench: Bench) -> None:
         "resets": '"armed, both switches closed",brown_out,25,none,11 to 24.5,-0.125 to 0.25',
         "held-pins": "1 3,low,20,30,3,7,2",
         "jolts": '"1 or more, the edges fit two: an interval is reported",1,3.500,3.500,4.1',
+        "jog": "100,2900,290,590,29000",
+        "one-closed": "61 to 400 ms,1,90.5,0,1",
+        "half-transfers": "sound,3 ms,1,0,1,0.312,1,0",
         "link": "cable pulled,251,0",
         "campaigns": "held,14,9000,1",
     }.items():
@@ -126,6 +143,15 @@ def test_a_late_stroke_is_found_in_each_flight_and_among_all_of_them(bench: Benc
     fast.judge(two_late[1:])
     with pytest.raises(Broken, match="off its time"):
         fast.judge(two_late)
+
+
+def test_a_date_outside_of_its_interval_and_dates_off_too_often_are_found() -> None:
+    dated = Disturbed(HOSTS_US[1], together=True, error_us=5.0, earlier_us=0, later_us=0)
+    judge_disturbed([dated] * 400 + [dated._replace(error_us=60.0, earlier_us=20)])
+    with pytest.raises(Broken, match="outside of what is reported"):
+        judge_disturbed([dated._replace(error_us=60.0)])
+    with pytest.raises(Broken, match="3 of 403 dates"):
+        judge_disturbed([dated] * 400 + [dated._replace(error_us=60.0, earlier_us=20)] * 3)
 
 
 def _seed_of(seed: int) -> list[int]:

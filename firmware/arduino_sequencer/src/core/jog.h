@@ -42,12 +42,13 @@ class Jog {
   bool idle(uint32_t now_ms) const { return now_ms - ordered_ms_ >= protocol::kJogIdleMs; }
 
  private:
-  uint32_t moved_ms_ = 0;
-  uint32_t ordered_ms_ = 0;
-  int16_t angle_cdeg_ = 0;
-  int16_t target_cdeg_ = 0;
-  uint16_t rest_ = 0;  // thousandths of 0.01 deg
-  uint8_t joint_ = 1;
+  // No initial values: `Jog jog{}` is all zeros, by one loop instead of byte for byte.
+  uint32_t moved_ms_;
+  uint32_t ordered_ms_;
+  int16_t angle_cdeg_;
+  int16_t target_cdeg_;
+  uint16_t rest_;  // thousandths of 0.01 deg
+  uint8_t joint_;
 };
 
 }  // namespace sequencer

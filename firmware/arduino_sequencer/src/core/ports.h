@@ -11,10 +11,10 @@ namespace sequencer {
 
 class ReleaseSwitches {
  public:
-  // The oldest edge not yet taken; false when there is none. Edges faster than the hardware can
-  // stamp may be missing: levels() is the truth about now.
+  // The oldest edge not yet taken; false when there is none. Where edges came too fast to be taken, the
+  // next one says so.
   virtual bool take_edge(SwitchEdge& edge) = 0;
-  // Bit 0, 1: switch 1, 2 is open now.
+  // Bit 0, 1: switch 1, 2 is open now. From here on edges are taken again.
   virtual uint8_t levels() = 0;
 
  protected:

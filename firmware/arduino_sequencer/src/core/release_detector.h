@@ -24,10 +24,11 @@ class ReleaseDetector {
   // Of the last release: t = 0 of the schedule.
   tick_t released_at() const { return released_at_; }
   // Ticks before and after released_at() between which the robot may have left; 0 where the edges fit
-  // one release only. Both may grow until both switches have been open for release_chatter_us.
+  // one release only, and none was lost that could be it. Both may grow until both switches have been open for release_chatter_us.
   uint32_t earlier_ticks() const { return ambiguous() ? released_at_ - first_ : 0; }
   uint32_t later_ticks() const { return ambiguous() ? last_ - released_at_ : 0; }
-  // Edges of both switches from released_at(), its own included, to when it was certain.
+  // Edges of both switches from released_at(), its own included, to when it was certain; lost ones
+  // are not counted.
   uint16_t bounces() const { return bounces_; }
   uint16_t knocks() const { return knocks_; }
 
@@ -43,26 +44,30 @@ class ReleaseDetector {
   static constexpr uint8_t kBoth = 3;
 
   bool ambiguous() const { return hung_ || last_ - first_ > kBounceTicks; }
+  void lose_edges(tick_t until);
   Verdict change(uint8_t open, tick_t at);
   Verdict judge(tick_t until);
   Verdict judge_open(uint32_t stood);
   Verdict judge_closed(uint32_t stood);
   void note_both_open(tick_t at);
 
-  tick_t released_at_ = 0;
-  tick_t first_ = 0;  // both open for the first time, at most kChatterTicks before the last
-  tick_t last_ = 0;   // both open for the last time before settled_
-  tick_t last_change_ = 0;
-  tick_t disagree_since_ = 0;
-  uint16_t knocks_ = 0;
-  uint16_t bounces_ = 0;
-  uint8_t open_ = 0;
-  bool opening_ = false;   // both have been open, and may have been since the release
-  bool hung_ = false;      // the robot may have, between first_ and last_
-  bool touched_ = false;   // at least one has been open since both were last closed for long
-  bool released_ = false;  // and no false release since
-  bool settled_ = false;   // later edges say nothing of the release any more
-  bool disagrees_ = false;
+  // No initial values: `ReleaseDetector detector{}` is all zeros, by one loop instead of byte for byte.
+  tick_t released_at_;
+  tick_t first_;  // both open for the first time, at most kChatterTicks before the last
+  tick_t last_;   // both open for the last time before settled_
+  tick_t last_change_;
+  tick_t disagree_since_;
+  tick_t lost_since_;
+  uint16_t knocks_;
+  uint16_t bounces_;
+  uint8_t open_;
+  bool opening_;   // both have been open, and may have been since the release
+  bool hung_;      // the robot may have, between first_ and last_
+  bool touched_;   // at least one has been open since both were last closed for long
+  bool released_;  // and no false release since
+  bool settled_;   // later edges say nothing of the release any more
+  bool disagrees_;
+  bool lost_;  // edges from lost_since_ on, among which both may have been open first
 };
 
 }  // namespace sequencer

@@ -53,8 +53,8 @@ class RequestServer : public protocol::RequestHandler {
   const Identity& identity_;
   Health& health_;
   Upload upload_;
-  tick_t now_ = 0;
-  uint16_t frames_rejected_ = 0;
+  tick_t now_;  // both by update()
+  uint16_t frames_rejected_;
   bool maneuver_written_ = false;  // a commit of this upload changed the store
   bool settings_written_ = false;  // one of the copies of the last settings_write did
 };

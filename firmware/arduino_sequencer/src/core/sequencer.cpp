@@ -242,7 +242,7 @@ void Sequencer::disarm() {
 void Sequencer::resume(tick_t now) {
   bool opened = switches_.levels() != 0;
   SwitchEdge edge;
-  while (switches_.take_edge(edge)) opened = true;
+  while (switches_.take_edge(edge)) opened = opened || edge.open || !edge.lost;
   if (opened) {
     latch(ErrorCode::kResetWhileArmed);
   } else if (now - resume_since_ >= kDebounceTicks) {
@@ -254,11 +254,18 @@ void Sequencer::resume(tick_t now) {
 
 // In a run, too: the robot may turn out to hang.
 void Sequencer::watch_switches(tick_t now) {
-  SwitchEdge edge;
-  while (switches_.take_edge(edge)) heed(detector_.on_edge(edge), now);
-  heed(detector_.poll(now, switches_.levels()), now);
+  take_edges(now);
+  // Makes whoever gave up look again, and say from when on: before anything is judged by the time.
+  const uint8_t levels = switches_.levels();
+  take_edges(now);
+  heed(detector_.poll(now, levels), now);
   retained_.set(retained_.knocks, detector_.knocks());
   if (state_ == SequencerState::kRunning) watch_run(now);
+}
+
+void Sequencer::take_edges(tick_t now) {
+  SwitchEdge edge;
+  while (switches_.take_edge(edge)) heed(detector_.on_edge(edge), now);
 }
 
 void Sequencer::heed(ReleaseDetector::Verdict verdict, tick_t now) {

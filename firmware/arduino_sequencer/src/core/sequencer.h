@@ -46,6 +46,11 @@ class Sequencer {
   // Notes the joints' angles for arm(); true if all are at the start pose.
   bool report_joints(const int16_t (&angle_cdeg)[protocol::kJointCount]);
 
+  // The release, or a false one, may come: edges of the switches count.
+  bool watching() const {
+    return state_ == SequencerState::kArmed || state_ == SequencerState::kRunning;
+  }
+
   // Maneuver and settings may change only while no joint is held by them.
   bool may_upload() const { return state_ == SequencerState::kSafe && !resuming_; }
 
@@ -89,6 +94,7 @@ class Sequencer {
   void note_begun();
   void resume(tick_t now);
   void watch_switches(tick_t now);
+  void take_edges(tick_t now);
   void heed(ReleaseDetector::Verdict verdict, tick_t now);
   void begin_run(tick_t released_at);
   void end_false_run(tick_t now);
@@ -104,14 +110,14 @@ class Sequencer {
   RetainedState& retained_;
   Stored<Maneuver> maneuvers_;
   Stored<Settings> settings_;
-  ReleaseDetector detector_;
-  Jog jog_;
-  tick_t released_at_ = 0;
-  tick_t last_ms_ = 0;
-  tick_t resume_since_ = 0;
+  ReleaseDetector detector_{};
+  Jog jog_{};
+  tick_t released_at_;   // of the last run, by begin_run()
+  tick_t last_ms_;       // by start()
+  tick_t resume_since_;  // while resuming_
   uint32_t uptime_ms_ = 0;
-  uint32_t reported_ms_ = 0;
-  int16_t reported_cdeg_[protocol::kJointCount] = {0, 0, 0};
+  uint32_t reported_ms_;  // both: once reported_
+  int16_t reported_cdeg_[protocol::kJointCount];
   uint16_t accepted_token_ = 0;  // that armed the present state
   SequencerState state_ = SequencerState::kSafe;
   ErrorCode last_refusal_ = ErrorCode::kNone;

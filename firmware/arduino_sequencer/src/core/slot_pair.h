@@ -64,7 +64,9 @@ class SlotPair {
 
  protected:
   // `content` has room for everything in a slot but its marker.
-  SlotPair(NonVolatile& memory, uint16_t address, uint8_t* content, uint8_t record_bytes)
+  // In line it would be written out for each store.
+  __attribute__((noinline)) SlotPair(NonVolatile& memory, uint16_t address, uint8_t* content,
+                                     uint8_t record_bytes)
       : memory_(memory), content_(content), address_(address), record_bytes_(record_bytes) {}
   ~SlotPair() = default;
 

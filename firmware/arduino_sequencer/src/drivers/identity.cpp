@@ -4,8 +4,6 @@
 #include <avr/pgmspace.h>
 #include <util/atomic.h>
 
-#include "../protocol/crc32.h"
-
 // Set by the linker: the byte after the last one of the HEX (code, then the values of .data).
 extern "C" const uint8_t __data_load_end[];
 
@@ -19,17 +17,7 @@ namespace {
 constexpr uint8_t kSerialAddress = 0x0E;
 constexpr uint8_t kSerialBytes = 10;
 
-constexpr uint16_t kBytesBetweenCalls = 128;
-
-uint32_t image_crc(void (*meanwhile)()) {
-  protocol::Crc32 crc;
-  const uint16_t end = static_cast<uint16_t>(reinterpret_cast<uintptr_t>(__data_load_end));
-  for (uint16_t address = 0; address < end; ++address) {
-    crc.update(pgm_read_byte(address));
-    if (address % kBytesBetweenCalls == 0) meanwhile();
-  }
-  return crc.value();
-}
+constexpr uint8_t kPieceBytes = 128;
 
 // The last two bytes, the position on the wafer, are folded over the first two.
 void read_serial(uint8_t (&serial)[8]) {
@@ -50,10 +38,18 @@ uint8_t read_brown_out_level() {
 
 }  // namespace
 
-Identity read_identity(protocol::ResetCause cause, void (*meanwhile)()) {
+bool ImageCrc::read_on(uint32_t& crc) {
+  const uint16_t end = static_cast<uint16_t>(reinterpret_cast<uintptr_t>(__data_load_end));
+  for (uint8_t i = 0; i < kPieceBytes && address_ != end; ++i) {
+    crc_.update(pgm_read_byte(address_++));
+  }
+  crc = crc_.value();
+  return address_ == end;
+}
+
+Identity read_identity(protocol::ResetCause cause) {
   Identity identity;
   read_serial(identity.board_serial);
-  identity.image_crc = image_crc(meanwhile);
   identity.reset_cause = cause;
   identity.brown_out_level = read_brown_out_level();
   return identity;

@@ -15,7 +15,7 @@ namespace {
 constexpr uint8_t kFirstPin = _BV(PD4), kSecondPin = _BV(PC7);
 
 // As a sample has them: bit 6 and 7 are switch 1 and 2 being open; the rest is the turn.
-constexpr uint8_t kFirst = 0x40, kSecond = 0x80, kBoth = kFirst | kSecond, kTurn = 0x3F;
+constexpr uint8_t kFirst = 0x40, kSecond = 0x80, kBoth = kFirst | kSecond, kLost = 0x20, kTurn = 0x1F;
 constexpr uint32_t kStampTicks = static_cast<uint32_t>(kTurn) << 16 | 0xFFFF;
 
 // Contacts that have not moved for this many samples, 10 cycles each, will not within the 15 us of fast
@@ -25,13 +25,17 @@ constexpr uint8_t kQuietSamples = 28;
 // 0.5 ms away, and is prepared after it, after the other servos' edges and what else holds interrupts
 // off (docs/sequencer-proof.md).
 constexpr uint16_t kFollowTicks = 250 * kTicksPerUs;
+// Rounds last 0.3 ms and more while the switches move, 1 ms at the most while they do not for so long.
+constexpr uint8_t kMostChatterRounds = 200;
+// As soon as the interrupt is over.
+constexpr uint16_t kEndWaitTicks = 16 * kTicksPerUs;
 
 // Timer 1 and Timer 3 have the same bits in the same places.
 constexpr uint8_t kRisingEdge = _BV(ICES1), kNoiseCanceler = _BV(ICNC1), kCaptureFlag = _BV(ICF1);
 constexpr uint8_t kClock = _BV(CS11);
 
-// Both switches at one moment. The turn of the timers' count tells moments apart for 2.1 s: the watchdog
-// bites sooner than the main loop could leave a sample waiting for so long.
+// Both switches at one moment; with kLost, after a time without capture. The turn of the timers' count
+// tells moments apart for 1.05 s, about when the watchdog bites: the main loop comes round in 20 ms.
 struct Sample {
   uint16_t count;
   uint8_t levels_and_turn;
@@ -45,6 +49,8 @@ volatile uint8_t waiting;  // samples in the queue
 uint8_t followed;          // levels of the newest
 uint8_t told;              // levels after the edges that were taken
 uint16_t left_ticks;       // of kFollowTicks
+Sample* seen_in = queue;   // next_in, a round of the main loop before
+uint8_t moved_rounds;      // the switches moved in each of them
 
 inline __attribute__((always_inline)) void step(Sample*& place) {
   if (++place == queue + kQueueSize) place = queue;
@@ -101,7 +107,9 @@ ISR(TIMER3_CAPT_vect, ISR_NAKED) {
 // chatter pauses. Whatever moves, its timer is at once told to stamp the next edge.
 //
 // A full queue keeps its oldest samples, and where the time is used up there is no following on:
-// nothing more is captured until levels(). No noise may take the processor from the servos.
+// nothing more is captured until levels(), and the first sample then says so. No noise may take the
+// processor from the servos. Whatever has moved, the main loop must come round: its wait for a USB host,
+// which Timer 3's second channel limits (usb_stream.cpp), ends now; GPIOR1 says whether it may.
 ISR(TIMER1_CAPT_vect) {
   const uint8_t by = GPIOR0;
   GPIOR0 = 0;
@@ -109,13 +117,19 @@ ISR(TIMER1_CAPT_vect) {
   uint8_t levels = followed;
   if (by == kByNone) {
     captured = 0;
+    levels = open_now();
     wait_for_change(levels, kBoth);
   }
   uint8_t room = static_cast<uint8_t>(kQueueSize - waiting);
   Sample* to = next_in;
-  const uint16_t end = TCNT1 + left_ticks;
+  const uint16_t begin = TCNT1;
+  const uint16_t end = begin + left_ticks;
   uint8_t quiet = kQuietSamples;
   bool going_on = false;
+  if (by == kByNone && room > 0) {
+    put(to, begin, levels | kLost | (TickClock::turn_of(begin) & kTurn));
+    --room;
+  }
 
   while (room > 0) {
     captured |= stamped();
@@ -151,8 +165,10 @@ ISR(TIMER1_CAPT_vect) {
     if (static_cast<int16_t>(at - end) >= 0) break;
     quiet = kQuietSamples;
   }
-  const int16_t left = static_cast<int16_t>(end - TCNT1);
+  const uint16_t present = TCNT1;
+  const int16_t left = static_cast<int16_t>(end - present);
   left_ticks = left > 0 ? left : 0;
+  if (GPIOR1 != 0) OCR3B = present + kEndWaitTicks;
   followed = levels;
   next_in = to;
   waiting = static_cast<uint8_t>(kQueueSize - room);
@@ -178,14 +194,20 @@ bool ReleaseCapture::take_edge(SwitchEdge& edge) {
   while (waiting > 0) {
     const Sample sample = *next_out;
     const uint8_t moved = static_cast<uint8_t>((sample.levels_and_turn ^ told) & kBoth);
+    edge.lost = (sample.levels_and_turn & kLost) != 0;
     uint8_t one = moved;
     if (one == kBoth) one = (sample.levels_and_turn & kFirst) != 0 ? kFirst : kSecond;
     told ^= one;
     if (moved == one) {
       step(next_out);
       ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { waiting = static_cast<uint8_t>(waiting - 1); }
+    } else {
+      next_out->levels_and_turn &= static_cast<uint8_t>(~kLost);
     }
-    if (one == 0) continue;
+    if (one == 0) {
+      if (!edge.lost) continue;
+      one = kFirst;
+    }
     const tick_t now = TickClock::now();
     const uint32_t stamp =
         static_cast<uint32_t>(sample.levels_and_turn & kTurn) << 16 | sample.count;
@@ -197,11 +219,26 @@ bool ReleaseCapture::take_edge(SwitchEdge& edge) {
   return false;
 }
 
+bool ReleaseCapture::chattering() {
+  const bool moved = gave_up() || next_in != seen_in;
+  seen_in = next_in;
+  if (!moved) {
+    moved_rounds = 0;
+  } else if (moved_rounds < kMostChatterRounds) {
+    ++moved_rounds;
+  }
+  const bool chatter = moved_rounds < kMostChatterRounds;
+  GPIOR1 = chatter;
+  return chatter;
+}
+
+bool ReleaseCapture::gave_up() { return (TIMSK1 & _BV(ICIE1)) == 0; }
+
 // Capture that was given up begins anew.
 uint8_t ReleaseCapture::levels() {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     left_ticks = kFollowTicks;
-    if ((TIMSK1 & _BV(ICIE1)) == 0) {
+    if (gave_up()) {
       GPIOR0 = kByNone;
       TIMER1_CAPT_vect();
     }

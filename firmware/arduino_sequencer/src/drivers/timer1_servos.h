@@ -47,7 +47,9 @@ class Timer1Servos : public ServoOutput {
   enum class Edge : uint8_t { kNone, kRise, kFall };
 
   struct Channel {
-    Channel(ChangeTable& changes, uint8_t joint) : train(changes, joint) {}
+    // In line it would be written out three times.
+    __attribute__((noinline)) Channel(ChangeTable& changes, uint8_t joint)
+        : train(changes, joint) {}
 
     PulseTrain train;
     Pulse pulse;

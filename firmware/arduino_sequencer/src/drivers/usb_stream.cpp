@@ -50,15 +50,17 @@ void end_limit() {
 
 }  // namespace
 
-// Only the core's wait loops run this long. Leaving them from here loses nothing but the request;
-// longjmp() brings back the registers, and the interrupt flag, of setjmp().
+// Only the core's wait loops run this long; an edge of a release switch makes it come at once
+// (release_capture.cpp). Leaving them from here loses nothing but the request; longjmp() brings back the
+// registers, and the interrupt flag, of setjmp().
 ISR(TIMER3_COMPB_vect) { longjmp(host_is_silent, 1); }
 
-void UsbStream::serve() {
+void UsbStream::serve(bool (*hurried)()) {
   if (!serve_bus()) return;
   if (setjmp(host_is_silent) == 0) {
     start_limit();
-    USB_COM_vect();
+    // From here on an edge ends the wait: one from before is asked for.
+    if (!hurried()) USB_COM_vect();
   }
   end_limit();
 }

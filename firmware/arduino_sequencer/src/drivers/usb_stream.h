@@ -6,7 +6,7 @@
 //   - The control endpoint's interrupt waits for the host's next packet with all interrupts off: a
 //     slow host would stretch a servo pulse, a pulled cable would stop the board. serve() runs that
 //     handler from the main loop instead, where interrupts go on, and abandons it if the host is
-//     silent. It also serves the bus (reset, start of frame, suspend), whose own interrupt would
+//     silent, or as soon as a release switch moves. It also serves the bus (reset, start of frame, suspend), whose own interrupt would
 //     enable the other after a reset.
 #pragma once
 
@@ -18,8 +18,9 @@ namespace sequencer {
 class UsbStream : public protocol::ByteStream {
  public:
   // Serves the bus, and a host's control request if there is one; takes at most 10 ms. Call first in
-  // the program, then from the main loop each millisecond or so.
-  void serve();
+  // the program, then from the main loop each millisecond or so. The request stays where it is while
+  // `hurried` says that the main loop is waited for.
+  void serve(bool (*hurried)());
 
   bool connected() override;
   int read() override;

@@ -12,7 +12,7 @@ namespace protocol {
 // Port: the serial connection to a host. Neither call may wait.
 class ByteStream {
  public:
-  // A host has the port open. While false, nothing is read or written.
+  // A host has the port open. While false, nothing is served or written.
   virtual bool connected() = 0;
   // The next byte, or -1.
   virtual int read() = 0;
@@ -44,7 +44,8 @@ class RequestHandler {
 
 // Serves requests from a stream. A reply that does not fit at once is kept and sent as room comes;
 // until then no further request is read, so one frame of memory is enough and a host that floods
-// waits for itself. Nothing ever waits for the host.
+// waits for itself. Nothing ever waits for the host. What is not served when the port is closed is
+// dropped: an order from before must not be carried out for whoever opens it next.
 class Link {
  public:
   Link(ByteStream& stream, RequestHandler& handler) : stream_(stream), handler_(handler) {}
@@ -55,6 +56,7 @@ class Link {
     if (!stream_.connected()) {
       receiver_.restart();
       pending_size_ = 0;
+      while (byte_budget-- > 0 && stream_.read() >= 0) continue;
       return;
     }
     while (flush() && byte_budget-- > 0) {

@@ -34,7 +34,7 @@ void DropWatch::on_edge(const Edge& edge) {
   const uint8_t bit = static_cast<uint8_t>(1u << edge.index);
   moved_ = static_cast<uint8_t>(moved_ | bit);
   open_by_edges_ = static_cast<uint8_t>(edge.open ? open_by_edges_ | bit : open_by_edges_ & ~bit);
-  heed(detector_.on_edge(sequencer::SwitchEdge{ticks(edge.t_us), edge.index, edge.open}), edge.t_us);
+  heed(detector_.on_edge(sequencer::SwitchEdge{ticks(edge.t_us), edge.index, edge.open, false}), edge.t_us);
 }
 
 void DropWatch::poll(uint64_t t_us, uint8_t switches_open, uint32_t peak_counts) {

@@ -52,7 +52,7 @@ class DropWatch {
   void note_landing(uint64_t t_us, uint32_t peak_counts);
   void note(uint64_t t_us, protocol::EventCode code, uint16_t arg, int32_t value);
 
-  sequencer::ReleaseDetector detector_;
+  sequencer::ReleaseDetector detector_{};
   SpscQueue<protocol::Event, 4> events_;
   std::atomic<protocol::DropPhase> phase_{protocol::DropPhase::kWaiting};
   float counts_per_g_ = 1.0f;

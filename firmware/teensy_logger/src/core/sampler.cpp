@@ -26,7 +26,7 @@ void Sampler::apply(const protocol::LoggerSettings& settings) {
 void Sampler::Lane::apply(const protocol::LoggerSettings& settings) {
   khz_ = settings.bus_khz;
   period_us_ = 1000000u / settings.rate_hz;
-  used_us_ = kImusPerBus * imu_burst_us(khz_);
+  used_us_ = kImusPerBus * imu_burst_max_us(khz_);
   check_first_ = !room_for_read(Mpu6050::kCheckBytes);
   bus_.set_clock(khz_);
   for (Mpu6050& imu : imus_) imu.apply(settings);
@@ -112,7 +112,7 @@ uint32_t Sampler::Lane::longest_us(I2cResult result) const {
     case I2cResult::kDone:
       break;
   }
-  return imu_burst_us(khz_);
+  return imu_burst_max_us(khz_);
 }
 
 // A bus that breaks down is clocked free once an instant, which is what timing.h has time for. At

@@ -11,7 +11,7 @@
 namespace tfsat {
 namespace logger {
 
-// One 14-byte burst: 390 us at 400 kHz.
+// One 14-byte burst: 390 us at 400 kHz, on lines that rise at once.
 constexpr uint32_t imu_burst_us(uint16_t bus_khz) {
   return (protocol::kImuBurstBits * 1000u + bus_khz - 1) / bus_khz;
 }
@@ -38,19 +38,36 @@ void put_offsets(uint16_t bus_khz, Message& message) {
   }
 }
 
-// A transfer that takes longer than its bits and a little is broken. The little: before a start the
-// master waits until the bus is idle, 8 us, and then for each rise of the clock, 0.3 us at most
-// (UM10204 rev. 7, table 10, fast mode), 47 us a burst. Slower lines need stronger pull-ups.
+// Before a start the master waits until the bus is idle.
 constexpr uint32_t kI2cIdleUs = 8;
-constexpr uint32_t kI2cSlackUs = kI2cIdleUs + 47;
-constexpr uint32_t i2c_deadline_us(uint16_t bus_khz) { return imu_burst_us(bus_khz) + kI2cSlackUs; }
-// The same for a read of `bytes`: 9 bits for each, for both addresses and the register, 3 for
-// start, restart and stop.
-constexpr uint32_t i2c_read_deadline_us(uint16_t bus_khz, uint32_t bytes) {
-  const uint32_t bits = 9u * (3u + bytes) + 3u;
-  return (bits * 1000u + bus_khz - 1) / bus_khz + kI2cIdleUs + (bits * 3u + 9u) / 10u;
+// At 400 kHz a bit is 2.5 us and the time that the clock line takes to rise to the master's threshold,
+// 0.7 of the supply: on a bus that docs/wiring.md permits this at most (docs/wiring.toml, i2c_bit_rise_s
+// and i2c_margin_s; a test compares them). At 100 kHz Wire's own bit, 9.9 us, leaves time for that.
+constexpr uint32_t kI2cRiseNs = 230;
+// A bit that takes so much longer still is of a broken transfer.
+constexpr uint32_t kI2cMarginNs = 45;
+
+constexpr uint32_t i2c_slack_us(uint32_t bits) {
+  return kI2cIdleUs + (bits * (kI2cRiseNs + kI2cMarginNs) + 999) / 1000;
 }
-static_assert(i2c_read_deadline_us(400, 14) == i2c_deadline_us(400), "a burst is such a read");
+// A read of `bytes`: 9 bits for each, for both addresses and the register, 3 for start, restart and
+// stop.
+constexpr uint32_t i2c_read_bits(uint32_t bytes) { return 9u * (3u + bytes) + 3u; }
+// A transfer that takes longer is broken.
+constexpr uint32_t i2c_read_deadline_us(uint16_t bus_khz, uint32_t bytes) {
+  return (i2c_read_bits(bytes) * 1000u + bus_khz - 1) / bus_khz + i2c_slack_us(i2c_read_bits(bytes));
+}
+constexpr uint32_t i2c_deadline_us(uint16_t bus_khz) {
+  return i2c_read_deadline_us(bus_khz, protocol::ImuReading::kSize);
+}
+static_assert(i2c_deadline_us(400) ==
+                  imu_burst_us(400) + i2c_slack_us(protocol::kImuBurstBits),
+              "a burst is such a read");
+// What a burst takes at most on a sound bus.
+constexpr uint32_t imu_burst_max_us(uint16_t bus_khz) {
+  const uint32_t rise_ns = bus_khz < 400 ? 0 : kI2cRiseNs;
+  return imu_burst_us(bus_khz) + (protocol::kImuBurstBits * rise_ns + 999) / 1000;
+}
 
 // One setting of an IMU, which shows behind the bursts that it was not lost (mpu6050.h).
 constexpr uint32_t proof_us(uint16_t bus_khz) {
@@ -71,7 +88,8 @@ constexpr uint32_t i2c_nack_us(uint16_t bus_khz) { return 22u * 1000u / bus_khz;
 
 // The worst that can happen to a bus at one instant (sampler.cpp): it is found stuck, clocked free,
 // and then both transfers run into their deadlines.
-static_assert(kI2cStuckUs + kI2cRecoveryUs + protocol::kImusPerBus * kI2cSlackUs <=
+static_assert(kI2cStuckUs + kI2cRecoveryUs +
+                      protocol::kImusPerBus * i2c_slack_us(protocol::kImuBurstBits) <=
                   protocol::kSamplingMarginUs,
               "no fault may delay the next instant");
 

@@ -1028,7 +1028,7 @@ struct RunReportReply {
   uint16_t release_us;  // Microseconds of that time beyond the whole milliseconds, 0 to 999.
   uint8_t stroke_count;  // Strokes of the maneuver that flew.
   uint32_t start_us[16];  // Of each stroke: from the release edge to the rise of the first whole pulse of its width on the pin, 0.5 us rounded down; or stroke_not_begun_us, stroke_time_unknown_us. Late if the pin was held from outside.
-  uint32_t earlier_us;  // The robot may have left up to this long before the release edge; 0 unless the edges fit two releases.
+  uint32_t earlier_us;  // The robot may have left up to this long before the release edge; 0 unless the edges, or those that were lost, fit two releases.
   uint32_t later_us;  // And so long after it.
 
   void write(Writer& out) const {

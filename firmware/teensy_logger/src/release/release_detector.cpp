@@ -10,13 +10,28 @@ void ReleaseDetector::reset(tick_t now, uint16_t knocks) {
   touched_ = false;
   released_ = false;
   disagrees_ = false;
+  lost_ = false;
   last_change_ = now;
   knocks_ = knocks;
 }
 
 ReleaseDetector::Verdict ReleaseDetector::on_edge(const SwitchEdge& edge) {
+  if (edge.lost) lose_edges(edge.at);
   const uint8_t bit = static_cast<uint8_t>(1 << edge.index);
   return change(static_cast<uint8_t>(edge.open ? open_ | bit : open_ & ~bit), edge.at);
+}
+
+// Since the last change the switches may have been anything. Before both were seen open, the robot may
+// have left from then on; after it, it may have hung again and left later.
+void ReleaseDetector::lose_edges(tick_t until) {
+  if (!opening_) {
+    if (!lost_) lost_since_ = last_change_;
+    lost_ = true;
+  } else if (!settled_) {
+    if (until - last_change_ >= kHungTicks) hung_ = true;
+    last_ = until;
+  }
+  last_change_ = until;
 }
 
 ReleaseDetector::Verdict ReleaseDetector::poll(tick_t now, uint8_t levels_open) {
@@ -51,7 +66,7 @@ ReleaseDetector::Verdict ReleaseDetector::judge(tick_t until) {
   if (open_ == 0 && stood >= kHungTicks && !settled_) hung_ = true;
   if (stood < kDebounceTicks) return Verdict::kNone;
   if (open_ == kBoth) return judge_open(stood);
-  if (stood >= kChatterTicks && !released_) opening_ = false;
+  if (stood >= kChatterTicks && !released_) opening_ = lost_ = false;
   return open_ == 0 ? judge_closed(stood) : Verdict::kNone;
 }
 
@@ -64,7 +79,7 @@ ReleaseDetector::Verdict ReleaseDetector::judge_open(uint32_t stood) {
 
 ReleaseDetector::Verdict ReleaseDetector::judge_closed(uint32_t stood) {
   if (!released_) {
-    opening_ = false;
+    opening_ = lost_ = false;
     if (touched_ && knocks_ != UINT16_MAX) ++knocks_;
     touched_ = false;
   } else if (stood >= kSeatedTicks) {
@@ -90,11 +105,11 @@ void ReleaseDetector::note_both_open(tick_t at) {
     bounces_ = 1;
   }
   if (anew) {
-    hung_ = false;
-    first_ = at;
-  } else if (at - first_ > kChatterTicks) {
-    first_ = at - kChatterTicks;
+    hung_ = lost_;
+    first_ = lost_ ? lost_since_ : at;
+    lost_ = false;
   }
+  if (at - first_ > kChatterTicks) first_ = at - kChatterTicks;
 }
 
 }  // namespace sequencer

@@ -12,6 +12,7 @@ struct SwitchEdge {
   tick_t at;      // stamped by hardware
   uint8_t index;  // 0 or 1
   bool open;
+  bool lost;  // edges since the one before may be missing; this one may be no change
 };
 
 }  // namespace sequencer

@@ -36,6 +36,7 @@ void AvrSequencer::set_cable(bool plugged) { machine_->usb.set_cable(plugged); }
 void AvrSequencer::set_port(bool open) { set_port(open, kBaud); }
 void AvrSequencer::set_port(bool open, uint32_t baud) { machine_->usb.set_port(open, baud); }
 void AvrSequencer::set_usb_stage_pause(uint32_t polls) { machine_->usb.set_stage_pause(polls); }
+void AvrSequencer::set_usb_half_transfers(uint32_t polls) { machine_->usb.set_half_transfers(polls); }
 void AvrSequencer::reset_usb_bus() { machine_->usb.reset_bus(); }
 bool AvrSequencer::link_ready() const { return machine_->usb.configured(); }
 

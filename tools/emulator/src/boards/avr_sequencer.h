@@ -50,6 +50,7 @@ class AvrSequencer : public SequencerBoard {
   // A busy host: it rests this many polls of 125 us after each stage of a control transfer. 0 at
   // first.
   void set_usb_stage_pause(uint32_t polls);
+  void set_usb_half_transfers(uint32_t polls);
   // The host resets the bus and asks at once: see AvrUsbHost::reset_bus().
   void reset_usb_bus();
   // The device is enumerated and can carry bytes.

@@ -60,6 +60,7 @@ void AvrUsbHost::set_cable(bool plugged) {
 }
 
 void AvrUsbHost::set_port(bool open, uint32_t baud) {
+  if (!open) to_board_.clear();
   port_open_ = open;
   if (baud != baud_) line_coding_sent_ = false;
   baud_ = baud;
@@ -125,11 +126,11 @@ void AvrUsbHost::tick() {
       return;
     case State::kEnumerating:
       frame();
-      enumerate();
+      if (!run_half_transfers()) enumerate();
       return;
     case State::kConfigured:
       frame();
-      run_port_requests();
+      if (!run_half_transfers()) run_port_requests();
       carry_bytes();
       return;
   }
@@ -210,6 +211,18 @@ void AvrUsbHost::begin_request(const Request& request) {
   request_done_ = 0;
   setup_taken_ = false;
   data_taken_ = true;
+  send_setup(request);
+}
+
+// The board waits for the data of a line coding; the next SETUP ends the transfer before.
+bool AvrUsbHost::run_half_transfers() {
+  if (half_transfer_ticks_ == 0) return false;
+  stage_ = Stage::kIdle;
+  if (ticks_ % half_transfer_ticks_ == 0) send_setup({kClassInterfaceOut, kSetLineCoding, 0, 0, 7});
+  return true;
+}
+
+void AvrUsbHost::send_setup(const Request& request) {
   uint8_t packet[8] = {request.type,
                        request.request,
                        static_cast<uint8_t>(request.value),

@@ -25,13 +25,17 @@ class AvrUsbHost {
   void reset();  // call from avr->reset: the device is gone from the bus
   void start();  // call after every reset: begins polling
   void set_cable(bool plugged);
-  // The program on the host opens (DTR and RTS on) or closes the serial port at this rate.
+  // The program on the host opens (DTR and RTS on) or closes the serial port at this rate. What it
+  // wrote and the board has not taken goes with a closed port.
   void set_port(bool open, uint32_t baud);
   // Resets the bus and sets the address at once: a host that leaves out the 10 ms which a device has
   // to recover (USB 2.0, section 7.1.7.5). Only where the device is enumerated.
   void reset_bus();
   // A busy host: it rests this many polls of 125 us after each stage of a control transfer.
   void set_stage_pause(uint32_t ticks) { stage_pause_ticks_ = ticks; }
+  // A broken host: each so many polls it begins a control transfer and leaves it at that, and makes no
+  // other; 0: a sound one.
+  void set_half_transfers(uint32_t every_ticks) { half_transfer_ticks_ = every_ticks; }
 
   bool configured() const { return state_ == State::kConfigured; }
   size_t write(const uint8_t* data, size_t n);
@@ -58,6 +62,8 @@ class AvrUsbHost {
   void raise_device_event(uint8_t bit);
   void enumerate();
   void begin_request(const Request& request);
+  void send_setup(const Request& request);
+  bool run_half_transfers();
   bool run_request();
   bool run_stage();
   void run_port_requests();
@@ -85,7 +91,7 @@ class AvrUsbHost {
   size_t enumeration_step_ = 0;
   bool setup_taken_ = false, data_taken_ = true;
   uint32_t request_ticks_ = 0;
-  uint32_t stage_pause_ticks_ = 0, pause_left_ticks_ = 0;
+  uint32_t stage_pause_ticks_ = 0, pause_left_ticks_ = 0, half_transfer_ticks_ = 0;
   uint16_t request_done_ = 0;
 
   std::deque<uint8_t> to_board_, from_board_;

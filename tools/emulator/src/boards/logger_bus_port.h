@@ -27,12 +27,12 @@ class BusPort final : public logger::I2cBus {
     if (broken(address, size)) return;
     if (clock_.bring_world) clock_.bring_world();
     const bool acknowledged = bus_.read(address, reg, data, size);
-    transfer(acknowledged, emulator::I2cBus::read_duration_us(size, clock_hz()));
+    transfer(acknowledged, bus_.read_duration_us(size, clock_hz()), size);
   }
   void start_write(uint8_t address, uint8_t reg, uint8_t value) override {
     if (broken(address, 0)) return;
     const bool acknowledged = bus_.write(address, reg, &value, 1);
-    transfer(acknowledged, emulator::I2cBus::write_duration_us(1, clock_hz()));
+    transfer(acknowledged, bus_.write_duration_us(1, clock_hz()), 0);
   }
   logger::I2cResult poll() override {
     if (clock_.us >= ends_us_) return result_;
@@ -62,11 +62,14 @@ class BusPort final : public logger::I2cBus {
     end(logger::I2cResult::kTimeout, logger::i2c_read_deadline_us(khz_, read_bytes));
     return true;
   }
-  void transfer(bool acknowledged, uint64_t duration_us) {
-    if (acknowledged) {
-      end(logger::I2cResult::kDone, duration_us);
+  void transfer(bool acknowledged, uint64_t duration_us, uint8_t read_bytes) {
+    const uint64_t deadline_us = logger::i2c_read_deadline_us(khz_, read_bytes);
+    if (!acknowledged) {
+      end(logger::I2cResult::kNack, bus_.nack_duration_us(clock_hz()));
+    } else if (duration_us > deadline_us) {
+      end(logger::I2cResult::kTimeout, deadline_us);
     } else {
-      end(logger::I2cResult::kNack, emulator::I2cBus::nack_duration_us(clock_hz()));
+      end(logger::I2cResult::kDone, duration_us);
     }
   }
 

@@ -144,7 +144,7 @@ void NativeSwitches::set(int index, bool open, tick_t at) {
   const uint8_t bit = static_cast<uint8_t>(1 << index);
   if (((open_ & bit) != 0) == open) return;
   open_ = static_cast<uint8_t>(open ? open_ | bit : open_ & ~bit);
-  edges_.push_back({at, static_cast<uint8_t>(index), open});
+  edges_.push_back({at, static_cast<uint8_t>(index), open, false});
 }
 
 void NativeEeprom::write(uint16_t address, uint8_t value) {

@@ -18,6 +18,7 @@ class I2cDevice {
 class I2cBus {
  public:
   static constexpr int kMaxDevices = 8;
+  static constexpr uint32_t kFastHz = 400000;
 
   // The device stays the caller's. False if the address is taken or the bus is full.
   bool attach(uint8_t address, I2cDevice& device) {
@@ -67,12 +68,16 @@ class I2cBus {
     for (Slot& slot : slots_) slot.glitch |= slot.address == address;
   }
 
+  // How long its pull-ups take to raise the clock line to the master's threshold. At 400 kHz a master
+  // that counts a bit's high time from there makes each bit so much longer.
+  void set_rise_ns(uint32_t rise_ns) { rise_ns_ = rise_ns; }
+
   // How long a transfer keeps the bus (I2C: 9 clocks a byte, about 1 for each start and stop).
-  static uint64_t nack_duration_us(uint32_t clock_hz) { return bits_us(9 + 2, clock_hz); }
-  static uint64_t write_duration_us(size_t n, uint32_t clock_hz) {
+  uint64_t nack_duration_us(uint32_t clock_hz) const { return bits_us(9 + 2, clock_hz); }
+  uint64_t write_duration_us(size_t n, uint32_t clock_hz) const {
     return bits_us(9 * (2 + n) + 2, clock_hz);
   }
-  static uint64_t read_duration_us(size_t n, uint32_t clock_hz) {
+  uint64_t read_duration_us(size_t n, uint32_t clock_hz) const {
     return bits_us(9 * (3 + n) + 3, clock_hz);
   }
 
@@ -83,8 +88,9 @@ class I2cBus {
     bool hanging;
     bool glitch;
   };
-  static uint64_t bits_us(uint64_t bits, uint32_t clock_hz) {
-    return (bits * 1000000u + clock_hz - 1) / clock_hz;
+  uint64_t bits_us(uint64_t bits, uint32_t clock_hz) const {
+    const uint64_t rise_ns = clock_hz == kFastHz ? rise_ns_ : 0;
+    return (bits * 1000000u + clock_hz - 1) / clock_hz + (bits * rise_ns + 999) / 1000;
   }
   bool glitch_over(uint8_t address) {
     for (Slot& slot : slots_) {
@@ -102,6 +108,7 @@ class I2cBus {
 
   Slot slots_[kMaxDevices] = {};
   int n_devices_ = 0;
+  uint32_t rise_ns_ = 0;
   bool stuck_ = false, shorted_ = false;
 };
 
