@@ -20,7 +20,7 @@ from tfsat_host.robot import load_robot
 
 PAGE = DOCS / "imus.md"
 IMUS = ("mpu6050", "adis16465_2")
-RUNS = 12
+RUNS = 40
 SHOWN = 5
 """Robots that are told one by one."""
 _SEED = 1

@@ -57,7 +57,7 @@ class Operator:
             sway_deg_s=random.uniform(0.2, 1.0),
             reaction=random.uniform(0.0, 0.01),
             placing_deg=0.1,
-            tilt_deg=0.1,
+            tilt_deg=0.28,
             variation=0.04,
             stopping_deg=3.0,
             pace=random.uniform(0.8, 1.5),

@@ -97,7 +97,7 @@ def errors_of(day: CalibrationDay, solution: Solution) -> dict[str, Errors]:
     """Against the hidden truth, for each of QUANTITIES."""
     gyros = [_gyro_errors(day, solution, body) for body in range(len(solution.gyros))]
     zeros = [_zero_errors(day, solution, joint) for joint in range(len(solution.joints))]
-    parts = {name: [gyro[name] for gyro in gyros] for name in QUANTITIES[:3]} | {"zero": zeros}
+    parts = {name: [gyro[name] for gyro in gyros] for name in QUANTITIES[:4]} | {"zero": zeros}
     return {
         name: Errors(
             np.concatenate([errors.error for errors in ones]), np.concatenate([errors.std for errors in ones])
