@@ -102,8 +102,8 @@ def test_the_papers_drop_tells_all_nine_and_body_2_z_least() -> None:
         assert not analysis.undetermined
         assert 5.0 < analysis.condition < 80.0
         weakest = analysis.directions[0]
-        # More than 75 % of the weakest direction is body 2 z.
-        assert weakest.components[BODY_2_Z] ** 2 > 0.75
+        # More than 60 % of the weakest direction is body 2 z.
+        assert weakest.components[BODY_2_Z] ** 2 > 0.6
         # What it states of each direction holds for the truth.
         off = fitted_drop.fit.values - fitted_drop.drop.true_com_offsets_mm
         for direction in analysis.directions:

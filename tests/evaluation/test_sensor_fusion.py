@@ -80,7 +80,7 @@ def test_a_hole_in_all_gyros_within_a_stroke_is_carried_over(seed: int, from_s: 
     drop = fly_drop(seed)
     estimate = motion_in(drop, seed, no_gyro(drop.log, from_s, from_s + HOLE_S))
     for joint in (1, 2, 3):
-        assert_angle_holds(drop, estimate, joint, widest_deg=0.02)
+        assert_angle_holds(drop, estimate, joint, widest_deg=0.03)
     for body in (1, 2, 3, 4):
         off, without = turn_off(drop, estimate, body), turn_off(drop, motion(seed), body)
         assert off.stds < STDS
@@ -110,7 +110,7 @@ def test_over_a_hole_at_the_release_the_robot_turns_on_evenly(seed: int) -> None
     drop = fly_drop(seed)
     estimate = motion_in(drop, seed, no_gyro(drop.log, -0.02, 0.095))
     for joint in (1, 2, 3):
-        assert_angle_holds(drop, estimate, joint, widest_deg=0.02)
+        assert_angle_holds(drop, estimate, joint, widest_deg=0.03)
     for body in (1, 2, 3, 4):
         off = turn_off(drop, estimate, body, from_s=0.0)
         assert off.stds < STDS
@@ -127,7 +127,7 @@ def test_beside_a_dead_gyro_of_an_end_body_the_joint_angle_is_less_sure_and_righ
     for other in (1, 2, 3):
         assert_angle_holds(drop, estimate, other, widest_deg=0.06)
     std, without = (angle_off_deg(drop, each, joint)[1] for each in (estimate, motion(seed)))
-    assert std.max() > 2.5 * without.max()
+    assert std.max() > 2.0 * without.max()
     assert (std > without).all()
 
 
@@ -148,7 +148,7 @@ def test_an_angle_sensor_that_slipped_before_the_release_is_named_and_not_used(
     assert len(named) == 1
     assert not motion.contradicted
     for other in (1, 2, 3):
-        assert_angle_holds(drop, motion, other, widest_deg=0.02)
+        assert_angle_holds(drop, motion, other, widest_deg=0.03)
 
 
 @pytest.mark.parametrize(
@@ -180,7 +180,7 @@ def test_an_angle_sensor_that_slips_in_the_fall_is_named_and_not_used(
     assert any(note.startswith(f"Angle sensor {sensor + 1} of joint {joint} ") for note in notes_of(motion))
     assert not motion.contradicted
     for other in (1, 2, 3):
-        assert_angle_holds(drop, motion, other, widest_deg=0.02)
+        assert_angle_holds(drop, motion, other, widest_deg=0.03)
 
 
 UNKNOWN_SCALE = 0.03
