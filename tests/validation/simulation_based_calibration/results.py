@@ -77,7 +77,7 @@ def _row(name: str, errors: Errors, p: float) -> Row:
     drops = len(errors.error)
     bounds = [np.array(binom.interval(1.0 - CHANCE, drops, share)) / drops for share in (0.5, 0.95)]
     within_bounds = all(low <= share <= high for share, (low, high) in zip((half, most), bounds, strict=True))
-    met = p > P_LEAST and Z_RANGE[0] <= rms <= Z_RANGE[1] and within_bounds
+    met = bool(p > P_LEAST and Z_RANGE[0] <= rms <= Z_RANGE[1] and within_bounds)
     return Row(name, int(is_finite.sum()), p, rms, half, most, met)
 
 
