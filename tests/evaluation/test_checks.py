@@ -34,11 +34,12 @@ def healthy() -> Flown:
     return healthy_drop()
 
 
-@pytest.mark.parametrize("seed", few_of(1, 2, 3, 4, 5, 6, least=3))
+@pytest.mark.parametrize("seed", few_of(16, 1, 2, 3, 4, 5, 6, least=4))
 def test_healthy_drops_pass(seed: int) -> None:
     """Healthy drops pass at 42 Hz, 5 Hz and 260 Hz.
 
-    Only joint 3, which does not move, has no scale to check.
+    At 5 Hz the lag has four moments: with two, the evidence against the sixteenth was that of a fault. Only joint 3,
+    which does not move, has no scale to check.
     """
     # The low-pass setting varies with the seed: each of the three is used.
     checks = healthy_drop(seed, (3, 6, 0)[seed % 3]).run_checks(fitted=True)
@@ -113,7 +114,7 @@ CAUSES: list[tuple[str, Wrong, set[str], str]] = [
         "a gyro that is late",
         lambda log: gyros_late(log, [2], 5),
         {GYROS_12, GYROS_23, BOTH_1},
-        "gyro of body 2 late by 17.",
+        "gyro of body 2 late by 18.",
     ),
     (
         "all gyros late",

@@ -305,16 +305,19 @@ def consistency_of(
     tilt = motion.fusion.prior.tilt_of(solved.errors)
     late = np.stack([_readings(motion, lag, b, gyro) for b, gyro in enumerate(calibration.gyros)], axis=1)
     fall = samples.fall
+    gyro_rad_s = lag.remove(samples.t_s, late)[fall]
+    # An error in proportion to the rate goes with the rate without its lag. What the others bridge has no own errors.
+    jacobian = np.stack([gyro.jacobian(gyro_rad_s[:, b]) for b, gyro in enumerate(calibration.gyros)], axis=1)
     rested = np.full((len(calibration.gyros), 3), np.nan) if rest is None else rest.reading_rad_s
     return Consistency(
         samples.t_s[fall],
-        lag.remove(samples.t_s, late)[fall],
+        gyro_rad_s,
         late[fall],
         samples.sensor_angle_rad[fall],
         rested,
         samples.answered[fall],
         motion.variance[fall],
-        np.nan_to_num(samples.rate_jacobian[fall]),
+        np.where(samples.answered[fall][..., None, None], jacobian, 0.0),
         samples.hanging_covariance,
         samples.parameter_covariance - samples.hanging_covariance,
         rest,

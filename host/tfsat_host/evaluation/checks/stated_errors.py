@@ -72,35 +72,44 @@ class StatedErrors:
         )
 
 
+MOMENTS = 4
+"""Of a low-pass's lag: what two of them leave at 5 Hz over a servo's ramp is far above the noise."""
+
+
 class ByGyros(NamedTuple):
     """k rows by the errors of each of the four gyros.
 
     Attributes:
         parameters: (k, 4, 12) bias, rotation vector, scale, skew.
         in_fall: (k, 4, 12) the same, were they other ones in the fall alone.
-        delay: (k, 4) of the low-pass, s.
-        second: (k, 4) its second moment, s^2; see `motion/gyro_signal.py`.
+        lag: (k, 4, MOMENTS) of the low-pass: its delay, s, and its higher moments, s^2 to s^4; see
+            `motion/gyro_signal.py`.
     """
 
     parameters: FloatArray
     in_fall: FloatArray
-    delay: FloatArray
-    second: FloatArray
+    lag: FloatArray
+
+    @property
+    def delay(self) -> FloatArray:
+        """(k, 4) by the delay of each gyro's low-pass, s."""
+        return self.lag[..., 0]
 
     def as_stated(self, data: Consistency, floor: FloatArray) -> FloatArray:
         """(k, p) by errors of variance one; no gyro's parameters are better than the floor (12,)."""
-        # The data sheet does not state the second moment: one pole to a pure delay, as in `motion/gyro_signal.py`.
-        second_std_s2 = 0.25 * sheet_lag(data.low_pass).delay_s ** 2
+        # Of the low-pass's shape the data sheet says nothing: from one pole (0) to a pure delay (d^k / k!). Half of the
+        # second moment's range is taken off, see `motion/gyro_signal.py`; the higher ones count whole.
+        d = sheet_lag(data.low_pass).delay_s
+        moment_std = np.array([DELAY_STD_S, d**2 / 4.0, d**3 / (6.0 * 2.0**0.5), d**4 / (24.0 * 2.0**0.5)])
         roots = [root_of(c + np.diag(floor**2)) for c in data.parameter_covariance]
         changes = [root_of(c) for c in data.fall_covariance]
         return np.concatenate(
             [
                 *(self.parameters[:, b] @ root for b, root in enumerate(roots)),
                 *(self.in_fall[:, b] @ root for b, root in enumerate(changes)),
-                # The reading time of each gyro, then delay and second moment that all have in common.
+                # The reading time of each gyro, then the moments that all have in common.
                 self.delay * READ_APART_STD_S,
-                self.delay.sum(axis=1, keepdims=True) * DELAY_STD_S,
-                self.second.sum(axis=1, keepdims=True) * second_std_s2,
+                self.lag.sum(axis=1) * moment_std,
             ],
             axis=1,
         )
@@ -113,7 +122,7 @@ def stated_errors(data: Consistency) -> StatedErrors:
     in_fall = jacobian.copy()
     for body in range(data.bodies):
         in_fall[data.at_rest(body)] = 0.0
-    by_gyros = ByGyros(jacobian, in_fall, *_by_lag(data))
+    by_gyros = ByGyros(jacobian, in_fall, _by_lag(data))
     starts, sensors, fallback, noise = _by_starts(data), _by_sensors(data), _by_fallback(data), _noise(data)
     # Every lasting error is a column of variance one: the covariance is their outer product, and noise.
     design = np.concatenate(
@@ -147,15 +156,21 @@ def _gyro_jacobian(data: Consistency) -> FloatArray:
     return out
 
 
-def _by_lag(data: Consistency) -> tuple[FloatArray, FloatArray]:
-    """(size, 4) by the delay of each gyro's low-pass, s, and by its second moment, s^2; see `motion/gyro_signal.py`."""
-    first = [derivative(data.t_s, rates) for rates in data.rates]
-    second = [derivative(data.t_s, change) for change in first]
-    by_delay, by_second = (
-        np.stack([data.rate_part(b, change, data.rotations) for b, change in enumerate(changes)], axis=1)
-        for changes in (first, second)
-    )
-    return by_delay, by_second
+def _by_lag(data: Consistency) -> FloatArray:
+    """(size, 4, MOMENTS) by the moments of each gyro's low-pass, see `ByGyros`."""
+    parts = [
+        data.rate_part(body, lag_columns(data.t_s, rates), data.rotations).T
+        for body, rates in enumerate(data.rates)
+    ]
+    return np.stack(parts, axis=1)
+
+
+def lag_columns(t_s: FloatArray, rates_rad_s: FloatArray) -> FloatArray:
+    """(MOMENTS, n, 3) what rates (n, 3) change by with each moment of a lag: their derivatives."""
+    changes = [rates_rad_s]
+    for _ in range(MOMENTS):
+        changes.append(derivative(t_s, changes[-1]))
+    return np.array(changes[1:])
 
 
 def _by_fallback(data: Consistency) -> FloatArray:

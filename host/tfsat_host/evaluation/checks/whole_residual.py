@@ -15,11 +15,17 @@ from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.sensors.gyro import PARAMETERS
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.checks.stated_errors import ByGyros, StatedErrors, axis_std_rad
+from tfsat_host.evaluation.checks.stated_errors import (
+    MOMENTS,
+    ByGyros,
+    StatedErrors,
+    axis_std_rad,
+    lag_columns,
+)
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples, derivatives, flown_of
 from tfsat_host.evaluation.motion.error_model import carry_angles
-from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, derivative
+from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.rate_fusion import rates_by_angles
 from tfsat_host.evaluation.motion.samples import Blocks, turned_from
@@ -90,18 +96,17 @@ class WholeResidual:
         if self.model is None:
             return ours
         data, bodies = self.data, self.data.bodies
-        # One batch: of each gyro its parameters, then delay and second moment of its lag.
-        each = PARAMETERS + 2
+        # One batch: of each gyro its parameters, then the moments of its lag.
+        each = PARAMETERS + MOMENTS
         changes = np.zeros((each * bodies, len(data.t_s), bodies, 3))
         for body, rates in enumerate(data.rates):
             own = changes[each * body : each * (body + 1), :, body]
             own[:PARAMETERS] = np.moveaxis(data.jacobian[:, body], 2, 0)
-            own[PARAMETERS] = derivative(data.t_s, rates)
-            own[PARAMETERS + 1] = derivative(data.t_s, own[PARAMETERS])
+            own[PARAMETERS:] = lag_columns(data.t_s, rates)
         theirs = self.model.by_gyros(changes).reshape(-1, bodies, each)
         # The model's rows are of the fall: there errors of the whole drop and of the fall alone are one.
-        errors, delay, second = theirs[..., :PARAMETERS], theirs[..., -2], theirs[..., -1]
-        parts = (errors, errors, delay, second)
+        errors, lag = theirs[..., :PARAMETERS], theirs[..., PARAMETERS:]
+        parts = (errors, errors, lag)
         return ByGyros(*(np.concatenate(pair) for pair in zip(ours, parts, strict=True)))
 
     @cached_property
