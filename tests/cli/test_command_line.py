@@ -54,6 +54,19 @@ def test_help_imports_nothing_heavy() -> None:
     assert modules.isdisjoint(map(module_of, HELPS))
 
 
+@pytest.mark.parametrize("said", [None, "2"])
+def test_linear_algebra_has_one_thread_unless_the_user_says_otherwise(said: str | None) -> None:
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_THREADS")}
+    if said is not None:
+        environment["OPENBLAS_NUM_THREADS"] = said
+    # After the console script's module was imported, as the script does.
+    program = "import tfsat_host.cli.start, os; print(os.environ['OPENBLAS_NUM_THREADS'])"
+    answer = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment
+    )
+    assert answer.stdout.strip() == (said or "1")
+
+
 def test_help_on_a_terminal_does_not_wait_for_rich() -> None:
     master, slave = pty.openpty()
     process = subprocess.run(

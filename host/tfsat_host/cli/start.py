@@ -10,7 +10,11 @@ _CAN_BE_INTERRUPTED = signal.getsignal(signal.SIGINT) is signal.default_int_hand
 if _CAN_BE_INTERRUPTED:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-from tfsat_host.cli.main import main  # noqa: E402  under the handler above
+from tfsat_host.blas_threads import use_one_thread  # noqa: E402  under the handler above
+
+use_one_thread()
+
+from tfsat_host.cli.main import main  # noqa: E402  before anything loads numpy
 
 
 def start() -> int:

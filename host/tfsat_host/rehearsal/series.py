@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tfsat_host.blas_threads import VARIABLES
 from tfsat_host.emulated.imu_part import ImuPart
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import evaluate
@@ -27,8 +28,6 @@ from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.worker_processes import worker_pool
 
-# Each of the libraries of linear algebra that numpy may be built with has a variable of its own.
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 _STOP_POLL_S = 0.2
 
 
@@ -132,7 +131,7 @@ def fly_many(
     outcomes: list[RehearsedDrop] = []
     workers = workers or os.cpu_count() or 1
     # A process on each core leaves none for a second thread of its linear algebra; and sums of threads differ.
-    with worker_pool(workers, _ignore_interrupts, dict.fromkeys(_THREADS, "1")) as pool:
+    with worker_pool(workers, _ignore_interrupts, dict.fromkeys(VARIABLES, "1")) as pool:
         numbers = iter(range(1, runs + 1))
         flying: set[Future[RehearsedDrop]] = set()
         while True:
