@@ -17,6 +17,7 @@ from tests.calibration.emulated_day import DAY_BEGINS, all_steps, record_step
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.calibration_errors import CalibrationError
+from tfsat_host.calibration.sensors.gyro import skews_of
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence
@@ -300,4 +301,4 @@ def true_scale(body: int, axis: int) -> float:
 
 def true_skew(body: int) -> FloatArray:
     """(3,) of y and z, z and x, x and y."""
-    return np.asarray(TRUTH.gyro_cross_axis[body - 1][[1, 2, 0], [2, 0, 1]])
+    return skews_of(TRUTH.gyro_cross_axis[body - 1])

@@ -16,7 +16,7 @@ from tests.calibration.some_calibration import drawn_calibration, whole_calibrat
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import CalibratedSamples, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
+from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design, skews_of
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts, Scales
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
@@ -42,7 +42,7 @@ def calibration_by_truth(robot: EmulatedRobot) -> Calibration:
             by_design(body, truth.mounting[body - 1] @ model.imus[body - 1].sensor_to_body),
             bias_rad_s=truth.gyro_bias_rad_s[body - 1],
             scale=truth.gyro_scale[body - 1],
-            skew=truth.gyro_cross_axis[body - 1][[1, 2, 0], [2, 0, 1]],
+            skew=skews_of(truth.gyro_cross_axis[body - 1]),
             covariance=np.zeros((12, 12)),
         )
         for body in range(1, 5)

@@ -176,6 +176,7 @@ NO_TIME = "is not a time with its zone"
         ("[gyro.scale]", "measured = .*", "measured = { x = true }", f"measured.x: true {NO_TIME}"),
         ("[gyro.scale]", r"value = \[[^,]*", "value = [0.0", "a factor is not above zero"),
         ("[gyro.scale]", r"value = \[[^,]*", "value = [2.1", "a factor is not between 0.5 and 2"),
+        ("[gyro.skew]", r"value = \[[^,]*", "value = [0.3", "a skew is beyond 0.25"),
         ("[gyro.bias]", r"value = \[[^,]*", "value = [-2001.0", "a bias is beyond the widest range"),
         ("[gyro.bias]", r"value = \[[^,]*", "value = [1e308", r"bias.value: \[1e\+308, .* is beyond 1e\+12"),
         (

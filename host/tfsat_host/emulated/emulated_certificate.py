@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calibration, Subject
-from tfsat_host.calibration.sensors.gyro import MOUNTING, PARAMETERS, SCALE, SKEW, GyroCalibration
+from tfsat_host.calibration.sensors.gyro import MOUNTING, PARAMETERS, SCALE, SKEW, GyroCalibration, skews_of
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, harmonics
 from tfsat_host.calibration.servos.fit import fit_servo_map
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, arrivals, board_pulse_us, servo_plan
@@ -109,7 +109,7 @@ def _gyro(
         # A small rotation on the right: the calibration's error is in sensor axes.
         rotation=mounted @ Rotation.from_rotvec(off[MOUNTING]).as_matrix(),
         scale=np.diag(response) + off[SCALE],
-        skew=response[[1, 2, 0], [2, 0, 1]] + off[SKEW],
+        skew=skews_of(response) + off[SKEW],
         covariance=np.diag(std**2),
         noise_rad_s=np.full(
             # Density times the root of the bandwidth, but no less than the quantization noise q / sqrt(12).

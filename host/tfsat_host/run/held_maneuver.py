@@ -103,8 +103,9 @@ def note_held(held_maneuver: HeldManeuver, session: int, command: str, note: Not
         note: Hears of a folder that cannot be written to.
     """
     crc = f"{held_maneuver.stored.crc:04x}"
+    text = note_text(held_maneuver, session, command, _kept_name(held_maneuver))
     try:
-        write_whole(_note_file(session), note_text(held_maneuver, session, command).encode())
+        write_whole(_note_file(session), text.encode())
     except (OSError, NoUserFolder) as error:
         note(f"Maneuver {crc} of the sequencer was not noted for session {session:08x}: {_reason(error)}")
         return False
@@ -142,12 +143,12 @@ def note_name(session: int) -> str:
     return f"maneuver-{session:08x}.toml"
 
 
-def note_text(held_maneuver: HeldManeuver, session: int, command: str) -> str:
-    """Return a maneuver file of what a sequencer holds, with the name of the upload if this computer made it."""
+def note_text(held_maneuver: HeldManeuver, session: int, command: str, name: str = "") -> str:
+    """Return a maneuver file of what a sequencer holds; the board stores no name."""
     stored, crc = held_maneuver.stored, f"{held_maneuver.stored.crc:04x}"
     board = f"sequencer {held_maneuver.serial}" if held_maneuver.serial else "the sequencer"
     header = f"# What {board} held in session {session:08x}: CRC {crc}, upload {stored.generation}, by {command}.\n"
-    return header + format_maneuver(maneuver_from_board(stored, name=_kept_name(held_maneuver)))
+    return header + format_maneuver(maneuver_from_board(stored, name=name))
 
 
 def find_commanded(files: RunFiles, named: Path | None, session: int) -> CommandedManeuver:

@@ -11,7 +11,7 @@ from tests.calibration.emulated_day import CalibrationDay, calibration_day
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
-from tfsat_host.calibration.sensors.gyro import BIAS, MOUNTING, SCALE, SKEW
+from tfsat_host.calibration.sensors.gyro import BIAS, MOUNTING, SCALE, SKEW, skews_of
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence
@@ -118,9 +118,7 @@ def _gyro_errors(day: CalibrationDay, solution: Solution, body: int) -> dict[str
         "bias": Errors(np.rad2deg(bias), np.rad2deg(std[BIAS])),
         "misalignment": Errors(np.rad2deg(off), np.rad2deg(std[MOUNTING])),
         "scale": Errors(100 * (gyro.scale - truth.gyro_scale[body]), 100 * std[SCALE]),
-        "skew": Errors(
-            100 * (gyro.skew - truth.gyro_cross_axis[body][[1, 2, 0], [2, 0, 1]]), 100 * std[SKEW]
-        ),
+        "skew": Errors(100 * (gyro.skew - skews_of(truth.gyro_cross_axis[body])), 100 * std[SKEW]),
     }
 
 

@@ -9,7 +9,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.maneuver import Schedule
 from tfsat_host.rehearsal.faults.fault_catalog import fault_named
 from tfsat_host.rehearsal.hidden import draw_hidden, hidden_drop
-from tfsat_host.rehearsal.truth import drawn_truth
+from tfsat_host.rehearsal.truth import Truth, drawn_truth
 from tfsat_host.robot import RobotModel, Uncertainty
 
 
@@ -34,6 +34,13 @@ def hidden(
     """
     # Without the file's uncertainty only centers of mass and sensors are drawn.
     truth = draw_hidden(filed, seed, uncertainty=uncertainty) if as_uncertain else drawn_truth(filed, seed)
+    return drop_hidden(truth, schedule, filed, faults)
+
+
+def drop_hidden(
+    truth: Truth, schedule: Schedule, filed: RobotModel, faults: Sequence[str] = ()
+) -> tuple[Drop, Calibration]:
+    """Simulate a drop of this very robot; returns as `hidden` does."""
     simulated_drop = hidden_drop(schedule, filed, truth, list(map(fault_named, faults)))
     truth = simulated_drop.truth
     drop = Drop(

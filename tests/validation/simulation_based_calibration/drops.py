@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import logm
 
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.errors import errors_of
-from tests.validation.evaluation_proof.hidden import hidden
+from tests.validation.evaluation_proof.hidden import drop_hidden
 from tfsat_host.arrays import FloatArray
+from tfsat_host.calibration.apply import BENT_STD
 from tfsat_host.dynamics.multibody import Multibody, across
 from tfsat_host.evaluation.com_fit.offsets import Offsets, Parameter
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
+from tfsat_host.rehearsal.hidden import draw_hidden
+from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel, load_robot
 
 FILED = load_robot()
 CHIPS = "imu-clocks=1"
-"""Each IMU's oscillator is off by up to 1 %, as the evaluation allows; all else is in the file and the certificate."""
+"""Each IMU's oscillator is off by up to 1 %, as the evaluation allows."""
+BENT_AT_RAD_S = np.deg2rad(170.0)
+"""Rate at which the evaluation takes the scale factors to be bent by `BENT_STD`."""
 MIN_A_DEG, MIN_B_DEG, ROOM_DEG = 30.0, 30.0, 45.0
 QUANTITIES = (
     "CoM",
@@ -55,7 +60,9 @@ class Judged:
 
 def judge_drop(seed: int) -> Judged:
     """Draws robot, certificate, release and maneuver, flies and evaluates it; two seconds."""
-    drop, calibration = hidden(maneuver(seed), FILED, seed, [CHIPS])
+    drop, calibration = drop_hidden(
+        _bend_scale(draw_hidden(FILED, seed), seed), maneuver(seed), FILED, [CHIPS]
+    )
     evaluation = evaluate(drop.log, FILED, calibration, drop.schedule)
     errors = dict(errors_of(drop, evaluation))
     fit = evaluation.explained.fit
@@ -67,6 +74,15 @@ def judge_drop(seed: int) -> Judged:
     return Judged(
         {name: errors[name] for name in QUANTITIES}, tuple(evaluation.withheld), evaluation.widening > 1.0
     )
+
+
+def _bend_scale(truth: Truth, seed: int) -> Truth:
+    """Return the robot with scale factors that change with the rate, as the evaluation expects of such gyros."""
+    was = truth.imperfections
+    bends = (
+        BENT_STD / BENT_AT_RAD_S * np.random.default_rng([seed, 32]).standard_normal(was.gyro_bend_s.shape)
+    )
+    return replace(truth, imperfections=replace(was, gyro_bend_s=bends))
 
 
 def maneuver(seed: int) -> Schedule:

@@ -43,6 +43,7 @@ _DEG = np.pi / 180.0
 _MAX_VALUE = 65_535
 # Bounds of plausibility: the widest range of any gyro; a sensor beyond 45 deg shows no angle.
 _MAX_BIAS_RAD_S, _MAX_NONLINEARITY_RAD = 2000.0 * _DEG, 45.0 * _DEG
+_MAX_SKEW = 0.25
 _BODY_UNITS = np.repeat([_DEG, _DEG, 1.0, 1.0], 3)
 """Of the rows and columns of a gyro's covariance."""
 _GYRO = {
@@ -97,7 +98,7 @@ _WITHOUT_SKEW = {
         "frame": "sensor",
     },
 }
-"""As written before 0.3: what its skew was nobody asked."""
+"""As 0.2.0 wrote it: the skews were not estimated."""
 _STD_OF_GYRO = {"bias": BIAS, "mounting": MOUNTING, "scale": SCALE, "skew": SKEW}
 _JOINT = {
     "joint": whole("joint", 1, JOINT_COUNT),
@@ -179,6 +180,8 @@ def read_gyro(entry: Table) -> GyroCalibration:
         entry.fail("scale.value", "a factor is not above zero")
     if (np.abs(np.log2(values["scale"])) > 1.0).any():
         entry.fail("scale.value", "a factor is not between 0.5 and 2: no gyro is so wrong")
+    if (np.abs(values["skew"]) > _MAX_SKEW).any():
+        entry.fail("skew.value", "a skew is beyond 0.25: no gyro is so wrong")
     # Check the covariance before the deviations that are derived from it.
     values["covariance"] = covariance(entry, "covariance.value", values["covariance"])
     for name, std in _stds_of_gyro(values["covariance"]).items():

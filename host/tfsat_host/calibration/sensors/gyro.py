@@ -125,6 +125,11 @@ def response_matrix(scale: FloatArray, skew: FloatArray) -> FloatArray:
     return response
 
 
+def skews_of(response: FloatArray) -> FloatArray:
+    """(3,) skews of a symmetric response (3, 3)."""
+    return np.array([response[pair] for pair in _ACROSS])
+
+
 def by_response(rates: FloatArray) -> FloatArray:
     """(..., 3, 6) of readings by scale factors and skews, for rates (..., 3) in sensor axes."""
     out = np.zeros((*rates.shape, 6))
