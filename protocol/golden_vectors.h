@@ -186,7 +186,7 @@ static const uint8_t kFrameLoggerStatusRequest[] = {0x05, 0x03, 0x06, 0x9A, 0x28
 inline size_t build_LoggerStatusReply(uint8_t* payload) {
   protocol::LoggerStatusReply message;
   message.state = protocol::LoggerState::kIdle;
-  message.error = protocol::ErrorCode::kFaultLatched;
+  message.error = protocol::ErrorCode::kNoManeuver;
   message.imu_present = 105u;
   message.switches_open = 7u;
   message.session = 2786530406u;
@@ -215,11 +215,11 @@ inline size_t build_LoggerStatusReply(uint8_t* payload) {
 inline bool matches_LoggerStatusReply(const uint8_t* payload, size_t size) {
   protocol::LoggerStatusReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kIdle && message.error == protocol::ErrorCode::kFaultLatched && message.imu_present == 105u && message.switches_open == 7u && message.session == 2786530406u && message.samples == 1145998880u && message.samples_dropped == 3800434649u && message.blocks_written == 2159903123u && message.ring_blocks == 7924u && message.ring_peak_blocks == 48428u && message.rate_hz == 23395u && message.who_am_i[0] == 249u && message.who_am_i[1] == 151u && message.who_am_i[2] == 54u && message.who_am_i[3] == 212u && message.uptime_ms == 1920552799u && message.card == protocol::CardState::kFull && message.card_free_mib == 2934457042u && message.phase == protocol::DropPhase::kLanded && message.ram_holds_drop == 235u && message.late_ticks == 2307829758u && message.settings_origin == protocol::Origin::kFactory && message.unix_us == 14266738903728519442ull;
+  return message.state == protocol::LoggerState::kIdle && message.error == protocol::ErrorCode::kNoManeuver && message.imu_present == 105u && message.switches_open == 7u && message.session == 2786530406u && message.samples == 1145998880u && message.samples_dropped == 3800434649u && message.blocks_written == 2159903123u && message.ring_blocks == 7924u && message.ring_peak_blocks == 48428u && message.rate_hz == 23395u && message.who_am_i[0] == 249u && message.who_am_i[1] == 151u && message.who_am_i[2] == 54u && message.who_am_i[3] == 212u && message.uptime_ms == 1920552799u && message.card == protocol::CardState::kFull && message.card_free_mib == 2934457042u && message.phase == protocol::DropPhase::kLanded && message.ram_holds_drop == 235u && message.late_ticks == 2307829758u && message.settings_origin == protocol::Origin::kFactory && message.unix_us == 14266738903728519442ull;
 }
 
-static const uint8_t kPayloadLoggerStatusReply[] = {0x00, 0x12, 0x69, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0x93, 0x81, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x63, 0x5B, 0xF9, 0x97, 0x36, 0xD4, 0x5F, 0x4F, 0x79, 0x72, 0x04, 0xD2, 0x42, 0xE8, 0xAE, 0x02, 0xEB, 0xFE, 0xAF, 0x8E, 0x89, 0x00, 0x12, 0xF9, 0xFB, 0xCB, 0x71, 0xA3, 0xFD, 0xC5};
-static const uint8_t kFrameLoggerStatusReply[] = {0x03, 0x83, 0x07, 0x2D, 0x12, 0x69, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0x93, 0x81, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x63, 0x5B, 0xF9, 0x97, 0x36, 0xD4, 0x5F, 0x4F, 0x79, 0x72, 0x04, 0xD2, 0x42, 0xE8, 0xAE, 0x02, 0xEB, 0xFE, 0xAF, 0x8E, 0x89, 0x0B, 0x12, 0xF9, 0xFB, 0xCB, 0x71, 0xA3, 0xFD, 0xC5, 0x0E, 0xF4, 0x00};
+static const uint8_t kPayloadLoggerStatusReply[] = {0x00, 0x10, 0x69, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0x93, 0x81, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x63, 0x5B, 0xF9, 0x97, 0x36, 0xD4, 0x5F, 0x4F, 0x79, 0x72, 0x04, 0xD2, 0x42, 0xE8, 0xAE, 0x02, 0xEB, 0xFE, 0xAF, 0x8E, 0x89, 0x00, 0x12, 0xF9, 0xFB, 0xCB, 0x71, 0xA3, 0xFD, 0xC5};
+static const uint8_t kFrameLoggerStatusReply[] = {0x03, 0x83, 0x07, 0x2D, 0x10, 0x69, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0x93, 0x81, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x63, 0x5B, 0xF9, 0x97, 0x36, 0xD4, 0x5F, 0x4F, 0x79, 0x72, 0x04, 0xD2, 0x42, 0xE8, 0xAE, 0x02, 0xEB, 0xFE, 0xAF, 0x8E, 0x89, 0x0B, 0x12, 0xF9, 0xFB, 0xCB, 0x71, 0xA3, 0xFD, 0xC5, 0xD7, 0xFB, 0x00};
 
 inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
   protocol::ManeuverBeginRequest message;
@@ -939,7 +939,7 @@ static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0x61, 0xB7, 0
 inline size_t build_ErrorReply(uint8_t* payload) {
   protocol::ErrorReply message;
   message.request = 59u;
-  message.code = protocol::ErrorCode::kWrongState;
+  message.code = protocol::ErrorCode::kCardWriteProtected;
   message.detail = 2020220156;
   message.encode(payload);
   return protocol::ErrorReply::kSize;
@@ -948,11 +948,11 @@ inline size_t build_ErrorReply(uint8_t* payload) {
 inline bool matches_ErrorReply(const uint8_t* payload, size_t size) {
   protocol::ErrorReply message;
   if (!message.decode(payload, size)) return false;
-  return message.request == 59u && message.code == protocol::ErrorCode::kWrongState && message.detail == 2020220156;
+  return message.request == 59u && message.code == protocol::ErrorCode::kCardWriteProtected && message.detail == 2020220156;
 }
 
-static const uint8_t kPayloadErrorReply[] = {0x3B, 0x03, 0xFC, 0x1C, 0x6A, 0x78};
-static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0x3B, 0x03, 0xFC, 0x1C, 0x6A, 0x78, 0x57, 0x7F, 0x00};
+static const uint8_t kPayloadErrorReply[] = {0x3B, 0x30, 0xFC, 0x1C, 0x6A, 0x78};
+static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0x3B, 0x30, 0xFC, 0x1C, 0x6A, 0x78, 0x6B, 0x9D, 0x00};
 
 inline size_t build_SettingsWriteRequest(uint8_t* payload) {
   protocol::SettingsWriteRequest message;
@@ -972,6 +972,7 @@ inline size_t build_SettingsWriteRequest(uint8_t* payload) {
   message.servo[2].reversed = 250u;
   message.servo[2].min_cdeg = -26544;
   message.servo[2].max_cdeg = 13960;
+  message.moving_at_once = 212u;
   message.encode(payload);
   return protocol::SettingsWriteRequest::kSize;
 }
@@ -979,16 +980,16 @@ inline size_t build_SettingsWriteRequest(uint8_t* payload) {
 inline bool matches_SettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.frame_us == 5793u && message.servo[0].zero_us == 21264u && message.servo[0].ns_per_deg == 61768u && message.servo[0].reversed == 143u && message.servo[0].min_cdeg == 11702 && message.servo[0].max_cdeg == -13330 && message.servo[1].zero_us == 2141u && message.servo[1].ns_per_deg == 42644u && message.servo[1].reversed == 68u && message.servo[1].min_cdeg == -7421 && message.servo[1].max_cdeg == -32453 && message.servo[2].zero_us == 48554u && message.servo[2].ns_per_deg == 23521u && message.servo[2].reversed == 250u && message.servo[2].min_cdeg == -26544 && message.servo[2].max_cdeg == 13960;
+  return message.frame_us == 5793u && message.servo[0].zero_us == 21264u && message.servo[0].ns_per_deg == 61768u && message.servo[0].reversed == 143u && message.servo[0].min_cdeg == 11702 && message.servo[0].max_cdeg == -13330 && message.servo[1].zero_us == 2141u && message.servo[1].ns_per_deg == 42644u && message.servo[1].reversed == 68u && message.servo[1].min_cdeg == -7421 && message.servo[1].max_cdeg == -32453 && message.servo[2].zero_us == 48554u && message.servo[2].ns_per_deg == 23521u && message.servo[2].reversed == 250u && message.servo[2].min_cdeg == -26544 && message.servo[2].max_cdeg == 13960 && message.moving_at_once == 212u;
 }
 
-static const uint8_t kPayloadSettingsWriteRequest[] = {0xA1, 0x16, 0x10, 0x53, 0x48, 0xF1, 0x8F, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36};
-static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0xA1, 0x16, 0x10, 0x53, 0x48, 0xF1, 0x8F, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36, 0xBA, 0xA4, 0x00};
+static const uint8_t kPayloadSettingsWriteRequest[] = {0xA1, 0x16, 0x10, 0x53, 0x48, 0xF1, 0x8F, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36, 0xD4};
+static const uint8_t kFrameSettingsWriteRequest[] = {0x23, 0x15, 0x2C, 0xA1, 0x16, 0x10, 0x53, 0x48, 0xF1, 0x8F, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36, 0xD4, 0x97, 0xC4, 0x00};
 
 inline size_t build_SettingsWriteReply(uint8_t* payload) {
   protocol::SettingsWriteReply message;
-  message.stored = 212u;
-  message.written = 114u;
+  message.stored = 114u;
+  message.written = 17u;
   message.encode(payload);
   return protocol::SettingsWriteReply::kSize;
 }
@@ -996,11 +997,11 @@ inline size_t build_SettingsWriteReply(uint8_t* payload) {
 inline bool matches_SettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 212u && message.written == 114u;
+  return message.stored == 114u && message.written == 17u;
 }
 
-static const uint8_t kPayloadSettingsWriteReply[] = {0xD4, 0x72};
-static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0xD4, 0x72, 0xBB, 0xBD, 0x00};
+static const uint8_t kPayloadSettingsWriteReply[] = {0x72, 0x11};
+static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0x72, 0x11, 0xA6, 0x56, 0x00};
 
 inline size_t build_SettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -1018,24 +1019,25 @@ static const uint8_t kFrameSettingsReadRequest[] = {0x05, 0x16, 0x2E, 0x76, 0x71
 
 inline size_t build_SettingsReadReply(uint8_t* payload) {
   protocol::SettingsReadReply message;
-  message.origin = protocol::Origin::kFactory;
-  message.generation = 2942700711u;
-  message.frame_us = 19869u;
-  message.servo[0].zero_us = 35340u;
-  message.servo[0].ns_per_deg = 10307u;
-  message.servo[0].reversed = 198u;
-  message.servo[0].min_cdeg = 25778;
-  message.servo[0].max_cdeg = 746;
-  message.servo[1].zero_us = 16217u;
-  message.servo[1].ns_per_deg = 56720u;
-  message.servo[1].reversed = 123u;
-  message.servo[1].min_cdeg = 6655;
-  message.servo[1].max_cdeg = -18377;
-  message.servo[2].zero_us = 62630u;
-  message.servo[2].ns_per_deg = 37597u;
-  message.servo[2].reversed = 49u;
-  message.servo[2].min_cdeg = -12468;
-  message.servo[2].max_cdeg = 28036;
+  message.origin = protocol::Origin::kUploaded;
+  message.generation = 1302169184u;
+  message.frame_us = 60373u;
+  message.servo[0].zero_us = 10307u;
+  message.servo[0].ns_per_deg = 50811u;
+  message.servo[0].reversed = 100u;
+  message.servo[0].min_cdeg = 746;
+  message.servo[0].max_cdeg = -24287;
+  message.servo[1].zero_us = 56720u;
+  message.servo[1].ns_per_deg = 31688u;
+  message.servo[1].reversed = 25u;
+  message.servo[1].min_cdeg = -18377;
+  message.servo[1].max_cdeg = 22126;
+  message.servo[2].zero_us = 37597u;
+  message.servo[2].ns_per_deg = 12565u;
+  message.servo[2].reversed = 207u;
+  message.servo[2].min_cdeg = 28036;
+  message.servo[2].max_cdeg = 3003;
+  message.moving_at_once = 169u;
   message.encode(payload);
   return protocol::SettingsReadReply::kSize;
 }
@@ -1043,17 +1045,17 @@ inline size_t build_SettingsReadReply(uint8_t* payload) {
 inline bool matches_SettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::SettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kFactory && message.generation == 2942700711u && message.frame_us == 19869u && message.servo[0].zero_us == 35340u && message.servo[0].ns_per_deg == 10307u && message.servo[0].reversed == 198u && message.servo[0].min_cdeg == 25778 && message.servo[0].max_cdeg == 746 && message.servo[1].zero_us == 16217u && message.servo[1].ns_per_deg == 56720u && message.servo[1].reversed == 123u && message.servo[1].min_cdeg == 6655 && message.servo[1].max_cdeg == -18377 && message.servo[2].zero_us == 62630u && message.servo[2].ns_per_deg == 37597u && message.servo[2].reversed == 49u && message.servo[2].min_cdeg == -12468 && message.servo[2].max_cdeg == 28036;
+  return message.origin == protocol::Origin::kUploaded && message.generation == 1302169184u && message.frame_us == 60373u && message.servo[0].zero_us == 10307u && message.servo[0].ns_per_deg == 50811u && message.servo[0].reversed == 100u && message.servo[0].min_cdeg == 746 && message.servo[0].max_cdeg == -24287 && message.servo[1].zero_us == 56720u && message.servo[1].ns_per_deg == 31688u && message.servo[1].reversed == 25u && message.servo[1].min_cdeg == -18377 && message.servo[1].max_cdeg == 22126 && message.servo[2].zero_us == 37597u && message.servo[2].ns_per_deg == 12565u && message.servo[2].reversed == 207u && message.servo[2].min_cdeg == 28036 && message.servo[2].max_cdeg == 3003 && message.moving_at_once == 169u;
 }
 
-static const uint8_t kPayloadSettingsReadReply[] = {0x00, 0xA7, 0x0C, 0x66, 0xAF, 0x9D, 0x4D, 0x0C, 0x8A, 0x43, 0x28, 0xC6, 0xB2, 0x64, 0xEA, 0x02, 0x59, 0x3F, 0x90, 0xDD, 0x7B, 0xFF, 0x19, 0x37, 0xB8, 0xA6, 0xF4, 0xDD, 0x92, 0x31, 0x4C, 0xCF, 0x84, 0x6D};
-static const uint8_t kFrameSettingsReadReply[] = {0x03, 0x96, 0x2F, 0x24, 0xA7, 0x0C, 0x66, 0xAF, 0x9D, 0x4D, 0x0C, 0x8A, 0x43, 0x28, 0xC6, 0xB2, 0x64, 0xEA, 0x02, 0x59, 0x3F, 0x90, 0xDD, 0x7B, 0xFF, 0x19, 0x37, 0xB8, 0xA6, 0xF4, 0xDD, 0x92, 0x31, 0x4C, 0xCF, 0x84, 0x6D, 0x7F, 0xBD, 0x00};
+static const uint8_t kPayloadSettingsReadReply[] = {0x01, 0x60, 0x86, 0x9D, 0x4D, 0xD5, 0xEB, 0x43, 0x28, 0x7B, 0xC6, 0x64, 0xEA, 0x02, 0x21, 0xA1, 0x90, 0xDD, 0xC8, 0x7B, 0x19, 0x37, 0xB8, 0x6E, 0x56, 0xDD, 0x92, 0x15, 0x31, 0xCF, 0x84, 0x6D, 0xBB, 0x0B, 0xA9};
+static const uint8_t kFrameSettingsReadReply[] = {0x28, 0x96, 0x2F, 0x01, 0x60, 0x86, 0x9D, 0x4D, 0xD5, 0xEB, 0x43, 0x28, 0x7B, 0xC6, 0x64, 0xEA, 0x02, 0x21, 0xA1, 0x90, 0xDD, 0xC8, 0x7B, 0x19, 0x37, 0xB8, 0x6E, 0x56, 0xDD, 0x92, 0x15, 0x31, 0xCF, 0x84, 0x6D, 0xBB, 0x0B, 0xA9, 0xE2, 0x86, 0x00};
 
 inline size_t build_JointReportRequest(uint8_t* payload) {
   protocol::JointReportRequest message;
-  message.angle_cdeg[0] = 3003;
-  message.angle_cdeg[1] = -22029;
-  message.angle_cdeg[2] = 18474;
+  message.angle_cdeg[0] = 18474;
+  message.angle_cdeg[1] = -6559;
+  message.angle_cdeg[2] = -31591;
   message.encode(payload);
   return protocol::JointReportRequest::kSize;
 }
@@ -1061,15 +1063,15 @@ inline size_t build_JointReportRequest(uint8_t* payload) {
 inline bool matches_JointReportRequest(const uint8_t* payload, size_t size) {
   protocol::JointReportRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg[0] == 3003 && message.angle_cdeg[1] == -22029 && message.angle_cdeg[2] == 18474;
+  return message.angle_cdeg[0] == 18474 && message.angle_cdeg[1] == -6559 && message.angle_cdeg[2] == -31591;
 }
 
-static const uint8_t kPayloadJointReportRequest[] = {0xBB, 0x0B, 0xF3, 0xA9, 0x2A, 0x48};
-static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0xBB, 0x0B, 0xF3, 0xA9, 0x2A, 0x48, 0xF1, 0x4F, 0x00};
+static const uint8_t kPayloadJointReportRequest[] = {0x2A, 0x48, 0x61, 0xE6, 0x99, 0x84};
+static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0x2A, 0x48, 0x61, 0xE6, 0x99, 0x84, 0xBA, 0x72, 0x00};
 
 inline size_t build_JointReportReply(uint8_t* payload) {
   protocol::JointReportReply message;
-  message.at_start_pose = 230u;
+  message.at_start_pose = 34u;
   message.encode(payload);
   return protocol::JointReportReply::kSize;
 }
@@ -1077,18 +1079,18 @@ inline size_t build_JointReportReply(uint8_t* payload) {
 inline bool matches_JointReportReply(const uint8_t* payload, size_t size) {
   protocol::JointReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.at_start_pose == 230u;
+  return message.at_start_pose == 34u;
 }
 
-static const uint8_t kPayloadJointReportReply[] = {0xE6};
-static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0xE6, 0x2C, 0xB4, 0x00};
+static const uint8_t kPayloadJointReportReply[] = {0x22};
+static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0x22, 0xE4, 0x2D, 0x00};
 
 inline size_t build_JogRequest(uint8_t* payload) {
   protocol::JogRequest message;
-  message.joint = 132u;
-  message.from_cdeg = 8912;
-  message.to_cdeg = -16120;
-  message.confirm = 1598022455u;
+  message.joint = 193u;
+  message.from_cdeg = 24383;
+  message.to_cdeg = -649;
+  message.confirm = 2611926698u;
   message.encode(payload);
   return protocol::JogRequest::kSize;
 }
@@ -1096,16 +1098,16 @@ inline size_t build_JogRequest(uint8_t* payload) {
 inline bool matches_JogRequest(const uint8_t* payload, size_t size) {
   protocol::JogRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.joint == 132u && message.from_cdeg == 8912 && message.to_cdeg == -16120 && message.confirm == 1598022455u;
+  return message.joint == 193u && message.from_cdeg == 24383 && message.to_cdeg == -649 && message.confirm == 2611926698u;
 }
 
-static const uint8_t kPayloadJogRequest[] = {0x84, 0xD0, 0x22, 0x08, 0xC1, 0x37, 0xE3, 0x3F, 0x5F};
-static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0x84, 0xD0, 0x22, 0x08, 0xC1, 0x37, 0xE3, 0x3F, 0x5F, 0x8C, 0xC0, 0x00};
+static const uint8_t kPayloadJogRequest[] = {0xC1, 0x3F, 0x5F, 0x77, 0xFD, 0xAA, 0xD6, 0xAE, 0x9B};
+static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0xC1, 0x3F, 0x5F, 0x77, 0xFD, 0xAA, 0xD6, 0xAE, 0x9B, 0x0D, 0x4B, 0x00};
 
 inline size_t build_JogReply(uint8_t* payload) {
   protocol::JogReply message;
-  message.angle_cdeg = -649;
-  message.arrived = 155u;
+  message.angle_cdeg = 14822;
+  message.arrived = 216u;
   message.encode(payload);
   return protocol::JogReply::kSize;
 }
@@ -1113,11 +1115,11 @@ inline size_t build_JogReply(uint8_t* payload) {
 inline bool matches_JogReply(const uint8_t* payload, size_t size) {
   protocol::JogReply message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg == -649 && message.arrived == 155u;
+  return message.angle_cdeg == 14822 && message.arrived == 216u;
 }
 
-static const uint8_t kPayloadJogReply[] = {0x77, 0xFD, 0x9B};
-static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0x77, 0xFD, 0x9B, 0x58, 0x68, 0x00};
+static const uint8_t kPayloadJogReply[] = {0xE6, 0x39, 0xD8};
+static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0xE6, 0x39, 0xD8, 0x66, 0x85, 0x00};
 
 static const Vector kVectors[] = {
     {"HelloRequest", protocol::HelloRequest::kType, 0, build_HelloRequest, matches_HelloRequest, kPayloadHelloRequest, 0, kFrameHelloRequest, 6},
@@ -1164,10 +1166,10 @@ static const Vector kVectors[] = {
     {"LogZerosStream", protocol::LogZerosStream::kType, 41, build_LogZerosStream, matches_LogZerosStream, kPayloadLogZerosStream, 6, kFrameLogZerosStream, 12},
     {"LiveSampleStream", protocol::LiveSampleStream::kType, 42, build_LiveSampleStream, matches_LiveSampleStream, kPayloadLiveSampleStream, 86, kFrameLiveSampleStream, 92},
     {"ErrorReply", protocol::ErrorReply::kType, 43, build_ErrorReply, matches_ErrorReply, kPayloadErrorReply, 6, kFrameErrorReply, 12},
-    {"SettingsWriteRequest", protocol::SettingsWriteRequest::kType, 44, build_SettingsWriteRequest, matches_SettingsWriteRequest, kPayloadSettingsWriteRequest, 29, kFrameSettingsWriteRequest, 35},
+    {"SettingsWriteRequest", protocol::SettingsWriteRequest::kType, 44, build_SettingsWriteRequest, matches_SettingsWriteRequest, kPayloadSettingsWriteRequest, 30, kFrameSettingsWriteRequest, 36},
     {"SettingsWriteReply", protocol::SettingsWriteReply::kType, 45, build_SettingsWriteReply, matches_SettingsWriteReply, kPayloadSettingsWriteReply, 2, kFrameSettingsWriteReply, 8},
     {"SettingsReadRequest", protocol::SettingsReadRequest::kType, 46, build_SettingsReadRequest, matches_SettingsReadRequest, kPayloadSettingsReadRequest, 0, kFrameSettingsReadRequest, 6},
-    {"SettingsReadReply", protocol::SettingsReadReply::kType, 47, build_SettingsReadReply, matches_SettingsReadReply, kPayloadSettingsReadReply, 34, kFrameSettingsReadReply, 40},
+    {"SettingsReadReply", protocol::SettingsReadReply::kType, 47, build_SettingsReadReply, matches_SettingsReadReply, kPayloadSettingsReadReply, 35, kFrameSettingsReadReply, 41},
     {"JointReportRequest", protocol::JointReportRequest::kType, 48, build_JointReportRequest, matches_JointReportRequest, kPayloadJointReportRequest, 6, kFrameJointReportRequest, 12},
     {"JointReportReply", protocol::JointReportReply::kType, 49, build_JointReportReply, matches_JointReportReply, kPayloadJointReportReply, 1, kFrameJointReportReply, 7},
     {"JogRequest", protocol::JogRequest::kType, 50, build_JogRequest, matches_JogRequest, kPayloadJogRequest, 9, kFrameJogRequest, 15},

@@ -59,7 +59,7 @@ void setup() {
 void loop() {
   const tick_t now = TickClock::now();
   sequencer.poll(now);
-  may_hurry = ReleaseCapture::chattering() && sequencer.watching();
+  may_hurry = ReleaseCapture::chattering(now) && sequencer.watching();
   usb.serve(hurried);
   // Nobody is answered until the board knows what it is.
   const bool ready = image_crc.read_on(identity.image_crc);

@@ -6,6 +6,7 @@ that a maneuver stays within the joints' limits, or ARM refuses. The file is TOM
 
     format = 1
     frame_ms = 20.0            # from pulse to pulse, 5 to 20
+    moving_at_once = 1         # joints that the supply can move at the same time, 1 to 3; left out: 1
 
     [[servo]]                  # one for each joint
     joint = 1
@@ -19,14 +20,16 @@ A key that is not known is an error: a misspelt limit must not be silently ignor
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import chain
 from pathlib import Path
 from typing import Final
 
 from tfsat_host.config import ConfigKind, Fault, Table, format_config, parse_config, read_config
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.maneuver import TimedStroke, count_moving
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import limits
 from tfsat_host.protocol.enums import ErrorCode
@@ -37,6 +40,8 @@ NOTHING_CHANGED = "Nothing was sent to the robot; its settings are as they were.
 NS_PER_US = 1000
 FRAME: Final = limits.JOINT_COUNT
 """The index at which the board reports a frame that makes no sense; joints come before it, from 0."""
+MOVING: Final = FRAME + 1
+"""The index of a number of joints that makes no sense."""
 
 
 class SettingsDefect(StrEnum):
@@ -45,6 +50,7 @@ class SettingsDefect(StrEnum):
     FRAME_RANGE = "frame-range"
     SLOPE_RANGE = "slope-range"
     JOINT_LIMITS = "joint-limits"
+    MOVING_RANGE = "moving-range"
     PULSE_RANGE = "pulse-range"
     FILE_JOINTS = "file-joints"
 
@@ -60,10 +66,12 @@ class ServoSettings:
     Attributes:
         frame_us: From pulse to pulse.
         servos: Of joints 1 to 3, in order.
+        moving_at_once: Joints that the supply can move at the same time.
     """
 
     frame_us: int
     servos: tuple[ServoSetting, ...]
+    moving_at_once: int = limits.MOVING_AT_ONCE
 
     def of(self, joint: int) -> ServoSetting:
         """Return the servo setting of a joint, 1 to 3."""
@@ -157,6 +165,14 @@ def _defects(settings: ServoSettings) -> Iterator[Finding]:
             f"{settings.frame_us / NS_PER_US:g} ms is outside {least:g} to {most:g} ms",
             f"Give {most:g} for an analog servo; down to {least:g} for a digital one whose data sheet allows it.",
         )
+    if not 1 <= settings.moving_at_once <= limits.JOINT_COUNT:
+        yield Finding(
+            SettingsDefect.MOVING_RANGE,
+            MOVING,
+            "moving_at_once",
+            f"{settings.moving_at_once} joints cannot move at once; the robot has {limits.JOINT_COUNT}",
+            f"Give 1, or up to {limits.JOINT_COUNT} where the supply was tried with so many servos moving.",
+        )
 
 
 def limits_text(servo: ServoSetting) -> str:
@@ -164,39 +180,69 @@ def limits_text(servo: ServoSetting) -> str:
     return f"{servo.min_cdeg / CDEG_PER_DEG:g} to {servo.max_cdeg / CDEG_PER_DEG:g}"
 
 
-def find_misfit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> str | None:
-    """Describe the first stroke that leaves its joint's limits, with the allowed limits; None: none does.
+@dataclass(frozen=True, slots=True)
+class Misfit:
+    """Why the board would not arm with a maneuver, by its servo settings.
 
-    Follows each joint from the start pose, 0 deg.
-
-    Args:
-        moves: (joint, angle_cdeg) of each stroke, in order.
-        settings: The servo settings with the limits.
+    Attributes:
+        code: Of the board's refusal.
+        words: What does not fit, and what the settings allow; to end a sentence.
     """
+
+    code: ErrorCode
+    words: str
+
+
+def find_misfit(strokes: Sequence[TimedStroke], settings: ServoSettings) -> Misfit | None:
+    """Find the first stroke that moves too many joints at once or leaves its joint's limits; None: none does."""
+    return next(chain(_too_many_moving(strokes, settings), _beyond_limits(strokes, settings)), None)
+
+
+def _too_many_moving(strokes: Sequence[TimedStroke], settings: ServoSettings) -> Iterator[Misfit]:
+    for number, moving in enumerate(count_moving(strokes), 1):
+        if moving > settings.moving_at_once:
+            yield Misfit(
+                ErrorCode.TOO_MANY_MOVING,
+                f"stroke {number} makes {moving} joints move at once, but the servo settings allow "
+                f"moving_at_once = {settings.moving_at_once}",
+            )
+
+
+def _beyond_limits(strokes: Sequence[TimedStroke], settings: ServoSettings) -> Iterator[Misfit]:
+    # Strokes are relative: the limits hold for what they add up to, from the start pose at 0 deg.
     pose_cdeg = dict.fromkeys(range(1, len(settings.servos) + 1), 0)
-    for number, (joint, angle_cdeg) in enumerate(moves, 1):
-        # Strokes are relative: the limits hold for what they add up to.
-        pose_cdeg[joint] += angle_cdeg
-        servo = settings.of(joint)
-        if not servo.min_cdeg <= pose_cdeg[joint] <= servo.max_cdeg:
-            reached = f"stroke {number} takes joint {joint} to {pose_cdeg[joint] / CDEG_PER_DEG:g} deg"
-            allowed = f"its servo settings allow {limits_text(servo)} deg"
-            return f"{reached}, but {allowed}"
-    return None
+    for number, stroke in enumerate(strokes, 1):
+        pose_cdeg[stroke.joint] += stroke.angle_cdeg
+        servo, angle_cdeg = settings.of(stroke.joint), pose_cdeg[stroke.joint]
+        if not servo.min_cdeg <= angle_cdeg <= servo.max_cdeg:
+            yield Misfit(
+                ErrorCode.SETTINGS_DO_NOT_FIT,
+                f"stroke {number} takes joint {stroke.joint} to {angle_cdeg / CDEG_PER_DEG:g} deg, "
+                f"but its servo settings allow {limits_text(servo)} deg",
+            )
 
 
-def insist_on_fit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> None:
-    """Raises RefusedError for a maneuver that leaves a joint's limits: the board would store it and refuse to arm."""
-    misfit = find_misfit(moves, settings)
+_MISFIT_REMEDIES = {
+    ErrorCode.SETTINGS_DO_NOT_FIT: "Choose smaller angles, or correct the limits. They are shown by: ",
+    ErrorCode.TOO_MANY_MOVING: "Move one joint after the other; or, where the supply was tried with so many servos "
+    "moving, raise moving_at_once. It is shown by: ",
+}
+
+
+def insist_on_fit(strokes: Sequence[TimedStroke], settings: ServoSettings) -> None:
+    """Raises RefusedError for a maneuver that the board would store and refuse to arm by its servo settings."""
+    misfit = find_misfit(strokes, settings)
     if misfit is not None:
+        meaning = (
+            "The servo would be driven against its stop"
+            if misfit.code == ErrorCode.SETTINGS_DO_NOT_FIT
+            else "The supply may dip, and a servo or the board with it"
+        )
         raise RefusedError(
-            what=f"{misfit[:1].upper()}{misfit[1:]}.",
-            meaning="The servo would be driven against its stop, so the board would refuse to arm. Nothing was sent.",
-            next_step=Advice(
-                "Choose smaller angles, or correct the limits. They are shown by: ",
-                NextStep("upload-servos", ("--show",)),
-            ),
-            code=ErrorCode.SETTINGS_DO_NOT_FIT,
+            what=f"{misfit.words[:1].upper()}{misfit.words[1:]}.",
+            meaning=f"{meaning}, so the board would refuse to arm. Nothing was sent.",
+            next_step=Advice(_MISFIT_REMEDIES[misfit.code], NextStep("upload-servos", ("--show",))),
+            code=misfit.code,
         )
 
 
@@ -254,10 +300,16 @@ def format_settings(settings: ServoSettings) -> str:
         for joint, servo in enumerate(settings.servos, 1)
     ]
     return format_config(
-        {"format": FORMAT, "frame_ms": settings.frame_us / _US_PER_MS, "servo": servos},
+        {
+            "format": FORMAT,
+            "frame_ms": settings.frame_us / _US_PER_MS,
+            "moving_at_once": settings.moving_at_once,
+            "servo": servos,
+        },
         heading="tfsat servo settings: how the joints' servos turn pulses into angles",
         comments={
             "frame_ms": "from pulse to pulse",
+            "moving_at_once": "joints that the supply can move at the same time",
             "zero_us": "pulse that holds 0 deg",
             "us_per_deg": "change of the pulse for each degree",
             "reversed": "true: shorter pulses open the joint",
@@ -267,19 +319,23 @@ def format_settings(settings: ServoSettings) -> str:
 
 
 def _settings(top: Table) -> tuple[ServoSettings, list[str]]:
-    top.only("format frame_ms servo")
+    top.only("format frame_ms moving_at_once servo")
     notices: list[str] = []
     (frame_us,) = _whole(top, "", "frame_ms", notices)
+    # Files of 0.2.0 have no such entry: one joint at a time.
+    moving_at_once = limits.MOVING_AT_ONCE
+    if top.has("moving_at_once"):
+        moving_at_once = top.integer("moving_at_once", requirement="a number of joints: 1, 2 or 3")
     keys = "joint zero_us us_per_deg reversed limits_deg"
     entries = top.tables_by_number(
         "servo", "joint", limits.JOINT_COUNT, keys, code=SettingsDefect.FILE_JOINTS
     )
     servos = [_servo(entry, f"joint {joint}: ", notices) for joint, entry in entries.items()]
-    settings = ServoSettings(frame_us, tuple(servos))
+    settings = ServoSettings(frame_us, tuple(servos), moving_at_once)
     finding = find_defect(settings)
     # From the board's index back to the entry of the file, whose line the error names.
     if finding is not None:
-        entry = top if finding.index == FRAME else entries[finding.index + 1]
+        entry = top if finding.index >= FRAME else entries[finding.index + 1]
         entry.fail(finding.key, finding.problem, finding.cure, finding.code)
     return settings, notices
 

@@ -53,29 +53,31 @@ def defect(raw: RawManeuver) -> tuple[ErrorCode, int]:
         return ErrorCode.TOO_MANY_STROKES, len(raw.strokes)
     if not 1000 <= raw.speed_cdeg_s <= 40000:
         return ErrorCode.SPEED_OUT_OF_RANGE, -1
-    angle_cdeg, free_us, end_us = {1: 0, 2: 0, 3: 0}, 700_000, 0
+    angle_cdeg, arrives_us = {1: 0, 2: 0, 3: 0}, {1: 0, 2: 0, 3: 0}
+    before_us = None
     for index, (joint, change_cdeg, start_us) in enumerate(raw.strokes):
         if joint not in angle_cdeg:
             return ErrorCode.JOINT_UNKNOWN, index
         angle_cdeg[joint] += change_cdeg
         if change_cdeg == 0 or not 0 <= angle_cdeg[joint] <= 9000:
             return ErrorCode.ANGLE_OUT_OF_RANGE, index
-        if start_us < free_us:
-            return (ErrorCode.STROKES_OVERLAP if index else ErrorCode.TOO_EARLY), index
-        if start_us > 2_500_000:
+        if start_us < 700_000:
+            return ErrorCode.TOO_EARLY, index
+        # Two begin at the same time, or 10 ms apart.
+        if before_us is not None and not (start_us == before_us or start_us >= before_us + 10_000):
+            return ErrorCode.STARTS_TOO_CLOSE, index
+        if start_us < arrives_us[joint]:
+            return ErrorCode.STROKES_OVERLAP, index
+        before_us = start_us
+        arrives_us[joint] = start_us - (-abs(change_cdeg) * 1_000_000 // raw.speed_cdeg_s)  # rounded up
+        if arrives_us[joint] > 2_500_000:
             return ErrorCode.TOO_LONG, index
-        duration_us = -(-abs(change_cdeg) * 1_000_000 // raw.speed_cdeg_s)  # rounded up
-        # The next stroke may begin 10 ms after this one at the earliest.
-        free_us = start_us + max(duration_us, 10_000)
-        end_us = start_us + duration_us
-    if end_us > 2_500_000:
-        return ErrorCode.TOO_LONG, len(raw.strokes) - 1
     return ErrorCode.NONE, -1
 
 
 @st.composite
 def flyable(draw: st.DrawFn) -> Maneuver:
-    """Strokes between angles of the joints' range for as long as the fall lasts; times by the rule."""
+    """Strokes between angles of the joints' range for as long as the fall lasts, one at a time; times by the rule."""
     speed_deg_s = draw(st.sampled_from([170.0, 400.0, 100.0]) | st.floats(60, 400).map(lambda v: round(v, 2)))
     pose_cdeg = {1: 0, 2: 0, 3: 0}
     strokes: list[Stroke] = []
@@ -95,6 +97,28 @@ def flyable(draw: st.DrawFn) -> Maneuver:
     return Maneuver(tuple(strokes) or (Stroke(1, 5.0),), speed_deg_s=speed_deg_s)
 
 
+@st.composite
+def overlapping(draw: st.DrawFn) -> Maneuver:
+    """Strokes of up to three joints that begin together, or while others are under way, or after them."""
+    speed_deg_s = draw(st.sampled_from([170.0, 400.0, 100.0]))
+    pose_cdeg, arrives_us = {1: 0, 2: 0, 3: 0}, {1: 0, 2: 0, 3: 0}
+    strokes: list[Stroke] = []
+    start_us = 700_000
+    for _ in range(draw(st.integers(1, 16))):
+        joint = draw(st.integers(1, 3))
+        target_cdeg = draw(st.integers(0, 9000) | st.sampled_from([0, 1, 9000]))
+        change_cdeg = target_cdeg - pose_cdeg[joint]
+        later_us = 10_000 * draw(st.sampled_from([0, 0, 1, 2, 15]))
+        # On the grid, and not before the joint has ended its stroke before.
+        starts_us = max(start_us + later_us, -(-arrives_us[joint] // 10_000) * 10_000)
+        end_us = starts_us - (-abs(change_cdeg) * 10_000 // speed_deg_s)
+        if change_cdeg == 0 or end_us > 2_500_000:
+            continue
+        start_us, pose_cdeg[joint], arrives_us[joint] = starts_us, target_cdeg, round(end_us)
+        strokes.append(Stroke(joint, change_cdeg / 100, start_us / 1e6))
+    return Maneuver(tuple(strokes) or (Stroke(1, 5.0, 0.7),), speed_deg_s=speed_deg_s)
+
+
 LIMITS = (
     [0, 1, 2, 3, 4, 255],
     [0, 9000, 9001, -9000, 32767, -32768],
@@ -106,7 +130,7 @@ LIMITS = (
 @st.composite
 def raw_maneuvers(draw: st.DrawFn) -> RawManeuver:
     """Draw a flyable maneuver with a few fields replaced by any values that fit the wire format."""
-    raw = RawManeuver.of(schedule_maneuver(draw(flyable())))
+    raw = RawManeuver.of(schedule_maneuver(draw(flyable() | overlapping())))
     speed = draw(st.just(raw.speed_cdeg_s) | st.sampled_from([0, 1, 999, 1000, 40_000, 40_001, 65_535]))
     strokes = [list(stroke) for stroke in raw.strokes]
     near = st.integers(-2, 2) | st.integers(-20_001, 20_001)

@@ -155,10 +155,24 @@ class Model:
 
     def run_ends_us(self) -> int:
         """Return the time at which the last stroke and its first pulse are over, however short the stroke."""
-        _, angle_cdeg, start_us = self.maneuver.record.strokes[-1]
-        # Rounded up, as the board does.
-        taken_us = -(-abs(angle_cdeg) * 1_000_000 // self.maneuver.record.speed_cdeg_s)
-        return self.run_from_us + start_us + taken_us + LAST_PULSE_US
+        return self.run_from_us + max(self.arrivals_us()) + LAST_PULSE_US
+
+    def arrivals_us(self) -> list[int]:
+        """Return when each stroke ends after the release, rounded up as the board does."""
+        record = self.maneuver.record
+        return [
+            start_us - (-abs(angle_cdeg) * 1_000_000 // record.speed_cdeg_s)
+            for _, angle_cdeg, start_us in record.strokes
+        ]
+
+    def most_moving(self) -> int:
+        """Return how many joints move at the same time at the most."""
+        arrivals_us = self.arrivals_us()
+        starts_us = [start_us for _, _, start_us in self.maneuver.record.strokes]
+        return max(
+            1 + sum(arrival_us > start_us for arrival_us in arrivals_us[:index])
+            for index, start_us in enumerate(starts_us)
+        )
 
     def strokes_begun(self, now_us: int) -> int:
         starts_us = [self.run_from_us + start_us for _, _, start_us in self.maneuver.record.strokes]
@@ -240,6 +254,8 @@ class Model:
             return self.maneuver.defect or self.settings.defect
         if self.maneuver.origin == Origin.FACTORY:
             return ErrorCode.NO_MANEUVER
+        if self.most_moving() > max(1, self.settings.record.moving_at_once):
+            return ErrorCode.TOO_MANY_MOVING
         if not self.fits_settings():
             return ErrorCode.SETTINGS_DO_NOT_FIT
         if opened:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tfsat_host.protocol.limits import (
     JOINT_ANGLE_MAX_CDEG,
+    MOVING_AT_ONCE,
     SERVO_FACTORY_NS_PER_DEG,
     SERVO_FACTORY_ZERO_US,
     SERVO_FRAME_MAX_US,
@@ -18,7 +19,7 @@ from tfsat_host.protocol.messages import ServoSetting, SettingsWriteRequest
 
 TICK_NS = 500
 FACTORY_SERVO = ServoSetting(SERVO_FACTORY_ZERO_US, SERVO_FACTORY_NS_PER_DEG, 0, 0, JOINT_ANGLE_MAX_CDEG)
-FACTORY_SETTINGS = SettingsWriteRequest(SERVO_FRAME_US, (FACTORY_SERVO,) * 3)
+FACTORY_SETTINGS = SettingsWriteRequest(SERVO_FRAME_US, (FACTORY_SERVO,) * 3, MOVING_AT_ONCE)
 
 
 def pulse_centi_ns(servo: ServoSetting, angle_cdeg: int) -> int:
@@ -34,7 +35,7 @@ def width_ns(servo: ServoSetting, angle_cdeg: int) -> int:
 
 
 def settings_defect(settings: SettingsWriteRequest) -> int | None:
-    """Index of the first joint whose setting makes no sense; 3 for the frame."""
+    """Index of the first joint whose setting makes no sense; 3 for the frame, 4 for the joints at once."""
     for index, servo in enumerate(settings.servo):
         ends = (servo.min_cdeg, servo.max_cdeg)
         if not (
@@ -48,4 +49,7 @@ def settings_defect(settings: SettingsWriteRequest) -> int | None:
             )
         ):
             return index
-    return None if SERVO_FRAME_MIN_US <= settings.frame_us <= SERVO_FRAME_MAX_US else 3
+    if not SERVO_FRAME_MIN_US <= settings.frame_us <= SERVO_FRAME_MAX_US:
+        return 3
+    # 0 is what an earlier firmware stored: one.
+    return None if settings.moving_at_once <= 3 else 4

@@ -47,19 +47,24 @@ MANEUVERS = [
     FACTORY,
     RawManeuver(17_000, ((3, 9000, 700_000),)),
     RawManeuver(40_000, ((2, 1, 700_000), (2, -1, 710_000))),
+    # All three joints at once, and one more while the third is under way.
+    RawManeuver(40_000, ((1, 9000, 700_000), (2, 9000, 700_000), (3, 4000, 760_000), (2, -9000, 930_000))),
     RawManeuver(17_000, ((1, 9001, 700_000),)),  # the board refuses it
 ]
 NARROW = replace(FACTORY_SERVO, max_cdeg=4150)
 SETTINGS = [
     FACTORY_SETTINGS,
-    SettingsWriteRequest(10_000, (ServoSetting(2100, 11_000, 1, 0, 9000), FACTORY_SERVO, FACTORY_SERVO)),
-    SettingsWriteRequest(20_000, (NARROW, FACTORY_SERVO, NARROW)),  # NEW and the shortest fit, no other
+    SettingsWriteRequest(10_000, (ServoSetting(2100, 11_000, 1, 0, 9000), FACTORY_SERVO, FACTORY_SERVO), 3),
+    SettingsWriteRequest(20_000, (NARROW, FACTORY_SERVO, NARROW), 2),  # NEW and the shortest fit, no other
+    # As an earlier firmware stored them: one joint at a time.
+    SettingsWriteRequest(20_000, (FACTORY_SERVO,) * 3, 0),
 ]
 SENSELESS = [
-    SettingsWriteRequest(20_000, (replace(FACTORY_SERVO, zero_us=499), FACTORY_SERVO, FACTORY_SERVO)),
-    SettingsWriteRequest(20_000, (FACTORY_SERVO, replace(FACTORY_SERVO, reversed=2), FACTORY_SERVO)),
-    SettingsWriteRequest(20_000, (FACTORY_SERVO, FACTORY_SERVO, replace(FACTORY_SERVO, max_cdeg=0))),
-    SettingsWriteRequest(4999, (FACTORY_SERVO,) * 3),
+    SettingsWriteRequest(20_000, (replace(FACTORY_SERVO, zero_us=499), FACTORY_SERVO, FACTORY_SERVO), 1),
+    SettingsWriteRequest(20_000, (FACTORY_SERVO, replace(FACTORY_SERVO, reversed=2), FACTORY_SERVO), 1),
+    SettingsWriteRequest(20_000, (FACTORY_SERVO, FACTORY_SERVO, replace(FACTORY_SERVO, max_cdeg=0)), 1),
+    SettingsWriteRequest(4999, (FACTORY_SERVO,) * 3, 1),
+    SettingsWriteRequest(20_000, (FACTORY_SERVO,) * 3, 4),
 ]
 START_POSES = [(0, 0, 0), (START_POSE_TOLERANCE_CDEG, -START_POSE_TOLERANCE_CDEG, 12)]
 OTHER_POSES = [(0, 0, START_POSE_TOLERANCE_CDEG + 1), (-32_768, 0, 0)]

@@ -126,6 +126,11 @@ TEST_CASE(the_first_defect_is_named) {
     settings.frame_us = frame_us;
     CHECK(settings.find_defect() == kJointCount);
   }
+  settings = Settings::factory();
+  settings.moving_at_once = kJointCount;
+  CHECK(settings.valid());
+  settings.moving_at_once = kJointCount + 1;
+  CHECK(settings.find_defect() == kJointCount + 1);
 }
 
 TEST_CASE(servos_get_the_frame_and_widths_of_the_settings_before_and_after_a_reset) {

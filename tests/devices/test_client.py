@@ -37,6 +37,7 @@ INTERLOCKS = {
     ErrorCode.NOT_AT_START_POSE,
     ErrorCode.JOG_NOT_CONFIRMED,
     ErrorCode.SETTINGS_DO_NOT_FIT,
+    ErrorCode.TOO_MANY_MOVING,
     ErrorCode.STORE_DAMAGED,
     ErrorCode.UPLOAD_INTERRUPTED,
     ErrorCode.STORE_OLD_LAYOUT,

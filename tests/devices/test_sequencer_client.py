@@ -63,7 +63,11 @@ class Sequencer:
                 angle_cdeg = stroke.angle_cdeg + self.angle_offset_cdeg
                 return msg.ManeuverReadReply(frame.payload[0], stroke.joint, angle_cdeg, stroke.t_us)
             case msg.SettingsReadRequest.TYPE:
-                settings_fields = (self.settings_in_use.frame_us, self.settings_in_use.servos)
+                settings_fields = (
+                    self.settings_in_use.frame_us,
+                    self.settings_in_use.servos,
+                    self.settings_in_use.moving_at_once,
+                )
                 return msg.SettingsReadReply(Origin.UPLOADED, self.generation, *settings_fields)
             case msg.SettingsWriteRequest.TYPE:
                 self.repeats_until_stored -= 1
@@ -151,7 +155,9 @@ def test_the_write_is_repeated_until_it_is_stored() -> None:
     )
     assert [frame.type for frame in transport.requests] == [0x01, 0x16, *[0x15] * 3, 0x16]
     writes = {frame.payload for frame in transport.requests if frame.type == msg.SettingsWriteRequest.TYPE}
-    assert writes == {msg.SettingsWriteRequest(WANTED.frame_us, WANTED.servos).encode()}
+    assert writes == {
+        msg.SettingsWriteRequest(WANTED.frame_us, WANTED.servos, WANTED.moving_at_once).encode()
+    }
 
 
 def test_whether_it_was_there_already_is_told_by_the_generation() -> None:

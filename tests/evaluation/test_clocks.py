@@ -15,7 +15,7 @@ from tests.fixtures.emulated_drop import drop
 from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.evaluation.camera import Mark, VideoFileError, read_video_marks
 from tfsat_host.evaluation.clock_fit import Pair, fit_clock
-from tfsat_host.evaluation.clocks import Clocks, align_clocks, match_strokes
+from tfsat_host.evaluation.clocks import Clocks, align_clocks, match_starts
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.release import Release
@@ -168,8 +168,8 @@ def test_strokes_are_found_whatever_is_missing_or_too_many(
     # Near a stroke's time nobody could tell an extra edge from the stroke.
     extra_s = [t_s for t_s in extra_s if np.abs(PLANNED_S - t_s).min() > 0.16 + 0.03 * t_s]
     edges_s = np.sort([*np.delete(true_s, list(missing)), *extra_s])
-    matched = match_strokes(PLANNED_S, edges_s, 0.0)
-    matched_edges_s = {stroke: edges_s[edge] for stroke, edge in matched.edge_of_stroke.items()}
+    matched = match_starts(PLANNED_S, edges_s, 0.0)
+    matched_edges_s = {stroke: edges_s[edge] for stroke, edge in matched.edge_of_start.items()}
     assert matched_edges_s == {stroke: true_s[stroke] for stroke in range(4) if stroke not in missing}
     assert set(matched.unseen) == missing
     assert len(matched.extra) == len(extra_s)

@@ -82,18 +82,31 @@ def test_the_fall_may_be_used_to_its_last_microsecond() -> None:
         assert (caught.value.code, caught.value.stroke) == (Defect.OUTLASTS_FALL, len(strokes))
 
 
-def test_a_stroke_may_start_when_the_last_one_ends_and_no_earlier() -> None:
+def test_a_joint_may_start_again_when_its_last_stroke_ends_and_no_earlier() -> None:
     # 17 deg take exactly 0.1 s.
-    assert (
-        schedule_maneuver(Maneuver((Stroke(1, 17, t_s=0.7), Stroke(2, 17, t_s=0.8)))).strokes[1].t_us
-        == 800_000
-    )
-    # 59 us too long; and a first stroke that starts after the second.
-    for first, words in ((Stroke(1, 17.01, t_s=0.7), "0.800059"), (Stroke(1, 10, t_s=1.5), "1.5")):
-        with pytest.raises(ManeuverError) as caught:
-            schedule_maneuver(Maneuver((first, Stroke(2, 17, t_s=0.8))))
-        assert (caught.value.code, caught.value.stroke) == (Defect.OVERLAP, 2)
-        assert words in caught.value.what
+    back = Stroke(1, -17, t_s=0.8)
+    assert schedule_maneuver(Maneuver((Stroke(1, 17, t_s=0.7), back))).strokes[1].t_us == 800_000
+    # 59 us too long; another joint's stroke between the two does not matter.
+    with pytest.raises(ManeuverError, match=r"0\.800059") as caught:
+        schedule_maneuver(Maneuver((Stroke(1, 17.01, t_s=0.7), Stroke(2, 5, t_s=0.75), back)))
+    assert (caught.value.code, caught.value.stroke) == (Defect.OVERLAP, 3)
+
+
+def test_strokes_of_different_joints_overlap_begin_together_or_10_ms_apart() -> None:
+    maneuver = Maneuver((Stroke(1, 90, t_s=0.7), Stroke(2, 90, t_s=0.7), Stroke(3, 10, t_s=0.71)))
+    schedule = schedule_maneuver(maneuver)
+    assert [stroke.t_us for stroke in schedule.strokes] == [700_000, 700_000, 710_000]
+    # The first two end last.
+    assert schedule.end_us == schedule.strokes[0].end_us == 1_229_412
+
+
+# 3 and 8 ms apart, which rounding to the grid would make 10 ms or nothing; and in another order than their times.
+@pytest.mark.parametrize(("first_s", "second_s"), [(0.7, 0.703), (0.704, 0.712), (0.701, 0.709), (1.5, 0.8)])
+def test_other_distances_are_refused_as_they_were_given(first_s: float, second_s: float) -> None:
+    with pytest.raises(ManeuverError) as caught:
+        schedule_maneuver(Maneuver((Stroke(1, 5, t_s=first_s), Stroke(2, 5, t_s=second_s))))
+    assert (caught.value.code, caught.value.stroke) == (Defect.STARTS_TOO_CLOSE, 2)
+    assert f"starts at {second_s:.3f}".rstrip("0") in caught.value.what
 
 
 # Anything, then what is near the limits: plain floats alone would hardly ever pass.

@@ -225,7 +225,7 @@ def test_strokes_that_are_not_as_planned_are_named() -> None:
     assert "Stroke 2 began at 1.0510 s instead of 1.0500 s" in late
     assert "Stroke 2 moved its joint by -56.9 deg instead of -59 deg" in short
     assert disagreements(scheduled, [0.7], commanded, commanded) == [
-        "The log holds 1 strokes, 2 were scheduled."
+        "The log holds 1 starts of strokes, 2 were scheduled."
     ]
     assert "lacks the joint's angles" in disagreements(scheduled, scheduled, commanded, [59.0, np.nan])[0]
 

@@ -9,18 +9,20 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from tests.arduino_sequencer.maneuvers import flyable
+from tests.arduino_sequencer.maneuvers import flyable, overlapping
 from tests.fixtures.sequencer.board import JOINTS, Board
 from tests.fixtures.sequencer.cable import OLD, client, connect
 from tests.fixtures.sequencer.pulses import pulses
 from tests.servo_settings.values import all_settings, valid_settings
 from tfsat_host.devices.board_errors import BoardError, BoardRefusal
-from tfsat_host.maneuver import Maneuver, four_stroke, schedule_maneuver
+from tfsat_host.maneuver import Maneuver, Stroke, four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.messages import ServoSetting, SettingsWriteReply, SettingsWriteRequest
 from tfsat_host.servo_settings import (
     FACTORY,
     FRAME,
+    MOVING,
+    Misfit,
     ServoSettings,
     SettingsDefect,
     find_defect,
@@ -39,7 +41,10 @@ def board_refusal_detail(board: Board, servo_settings: ServoSettings) -> int | N
     """
     try:
         client(board).request(
-            SettingsWriteRequest(servo_settings.frame_us, servo_settings.servos), SettingsWriteReply
+            SettingsWriteRequest(
+                servo_settings.frame_us, servo_settings.servos, servo_settings.moving_at_once
+            ),
+            SettingsWriteReply,
         )
     except BoardError as error:
         # Any other refusal would hide that the rules differ.
@@ -76,6 +81,7 @@ def test_valid_settings_pass(servo_settings: ServoSettings) -> None:
         # One step beyond each limit.
         (replace(FACTORY, frame_us=4999), SettingsDefect.FRAME_RANGE, FRAME, "frame_ms"),
         (replace(FACTORY, frame_us=20_001), SettingsDefect.FRAME_RANGE, FRAME, "frame_ms"),
+        (replace(FACTORY, moving_at_once=4), SettingsDefect.MOVING_RANGE, MOVING, "moving_at_once"),
         (of_joint_2(replace(USUAL, ns_per_deg=1999)), SettingsDefect.SLOPE_RANGE, 1, "us_per_deg"),
         (of_joint_2(replace(USUAL, ns_per_deg=30_001)), SettingsDefect.SLOPE_RANGE, 1, "us_per_deg"),
         (of_joint_2(replace(USUAL, min_cdeg=1)), SettingsDefect.JOINT_LIMITS, 1, "limits_deg"),
@@ -131,7 +137,7 @@ def test_the_pulse_of_0_deg_is_what_the_file_says(new_board: NewBoard, servo_set
     fitting = fitting if find_defect(fitting) is None else FACTORY
     sequencer = connect(board)
     sequencer.write_settings(fitting)
-    assert sequencer.read_back().moves == tuple((s.joint, s.angle_cdeg) for s in OLD.strokes)
+    assert sequencer.read_back().timed_strokes == OLD.strokes
     sequencer.arm()
     # Five of the slowest frames, 20 ms each.
     board.run(100_000)
@@ -148,28 +154,43 @@ def limit_angles(*max_cdeg: int) -> ServoSettings:
 
 
 @settings(max_examples=60)
-@given(flyable(), st.tuples(*[st.just(9000) | st.integers(1, 9000)] * 3))
+@given(flyable() | overlapping(), st.tuples(*[st.just(9000) | st.integers(1, 9000)] * 3), st.integers(1, 3))
 def test_arm_refuses_what_the_host_says_does_not_fit(
-    new_board: Callable[..., Board], maneuver: Maneuver, max_cdeg: tuple[int, int, int]
+    new_board: Callable[..., Board], maneuver: Maneuver, max_cdeg: tuple[int, int, int], at_once: int
 ) -> None:
     sequencer = connect(new_board())
     stored = sequencer.upload(schedule_maneuver(maneuver)).stored
-    sequencer.write_settings(limit_angles(*max_cdeg))
+    servo_settings = replace(limit_angles(*max_cdeg), moving_at_once=at_once)
+    sequencer.write_settings(servo_settings)
     # Host and board must agree: a maneuver beyond a stop is refused by both or by neither.
-    if find_misfit(stored.moves, limit_angles(*max_cdeg)) is None:
+    misfit = find_misfit(stored.timed_strokes, servo_settings)
+    if misfit is None:
         assert sequencer.arm() == SequencerState.ARMED
     else:
         with pytest.raises(BoardRefusal) as caught:
             sequencer.arm()
-        assert caught.value.code == ErrorCode.SETTINGS_DO_NOT_FIT
+        assert caught.value.code == misfit.code
 
 
 def test_the_first_stroke_that_leaves_is_named() -> None:
-    moves = [(stroke.joint, stroke.angle_cdeg) for stroke in schedule_maneuver(four_stroke(59, 70)).strokes]
+    strokes = schedule_maneuver(four_stroke(59, 70)).strokes
     # Exactly at both limits; joint 3 does not move, so its limit does not count.
-    assert find_misfit(moves, limit_angles(5900, 7000, 1)) is None
-    misfit = find_misfit(moves, limit_angles(5900, 6999, 1))
-    assert misfit == "stroke 2 takes joint 2 to 70 deg, but its servo settings allow 0 to 69.99 deg"
+    assert find_misfit(strokes, limit_angles(5900, 7000, 1)) is None
+    assert find_misfit(strokes, limit_angles(5900, 6999, 1)) == Misfit(
+        ErrorCode.SETTINGS_DO_NOT_FIT,
+        "stroke 2 takes joint 2 to 70 deg, but its servo settings allow 0 to 69.99 deg",
+    )
+
+
+def test_the_first_stroke_that_moves_too_many_is_named() -> None:
+    together = Maneuver((Stroke(1, 90, 0.7), Stroke(2, 90, 0.7), Stroke(3, 90, 1.22), Stroke(1, -90, 1.23)))
+    strokes = schedule_maneuver(together).strokes
+    # 90 deg take 0.53 s: joint 3 begins while both others still move.
+    assert find_misfit(strokes, replace(FACTORY, moving_at_once=3)) is None
+    assert find_misfit(strokes, replace(FACTORY, moving_at_once=2)) == Misfit(
+        ErrorCode.TOO_MANY_MOVING,
+        "stroke 3 makes 3 joints move at once, but the servo settings allow moving_at_once = 2",
+    )
 
 
 def test_settings_are_taken_in_safe_only(board: Board) -> None:

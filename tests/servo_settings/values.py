@@ -43,7 +43,8 @@ def all_settings() -> st.SearchStrategy[ServoSettings]:
     """Settings of three joints and the frame."""
     joint = likely_settings() | likely_settings() | any_setting()
     frame_us = st.just(20_000) | st.integers(5000, 20_000) | st.sampled_from(EDGES_FRAME_US)
-    return st.builds(ServoSettings, frame_us, st.tuples(joint, joint, joint))
+    moving_at_once = st.integers(1, 3) | st.sampled_from([4, 255])
+    return st.builds(ServoSettings, frame_us, st.tuples(joint, joint, joint), moving_at_once)
 
 
 def valid_settings() -> st.SearchStrategy[ServoSettings]:

@@ -78,11 +78,11 @@ def interruptible(port: str) -> Iterator[None]:
 
 def warn_of_misfit(sequencer: SequencerClient, settings: ServoSettings, out: Output) -> bool:
     """Return whether the maneuver on the board fits these servo settings; warn if it does not."""
-    misfit = find_misfit(sequencer.read_back().moves, settings)
+    misfit = find_misfit(sequencer.read_back().timed_strokes, settings)
     if misfit is not None:
         out.warn(
             Advice(
-                f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "
+                f"The maneuver on the board does not fit these settings: {misfit.words}. ARM will refuse it. "
                 "Upload one that fits: ",
                 NextStep("upload-sequence", ("A", "B")),
             )

@@ -114,7 +114,7 @@ def _upload(
     """Sends the schedule, has it read back and compared: by which board, and the board's settings."""
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         settings = sequencer.settings().settings
-        insist_on_fit([(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes], settings)
+        insist_on_fit(schedule.strokes, settings)
         with out.progress(f"Uploading to {sequencer.port}"):
             upload = sequencer.upload(schedule)
         keep_upload(maneuver, sequencer.identity.serial, upload.stored.crc, out.note)

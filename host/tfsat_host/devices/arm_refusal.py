@@ -46,9 +46,9 @@ def arm_refusal(
         return _refusal(first_defect(status.stores_damaged), describe_defects(status.stores_damaged))
     if maneuver.origin == Origin.FACTORY:
         return _refusal(ErrorCode.NO_MANEUVER)
-    misfit = find_misfit(maneuver.moves, settings)
+    misfit = find_misfit(maneuver.timed_strokes, settings)
     if misfit is not None:
-        return _refusal(ErrorCode.SETTINGS_DO_NOT_FIT, f"The stored maneuver does not fit: {misfit}.")
+        return _refusal(misfit.code, f"The stored maneuver does not fit: {misfit.words}.")
     if status.switches_open:
         return _refusal(ErrorCode.SWITCH_OPEN, detail=status.switches_open)
     # After a run the servos hold their last angles: no hand moves a joint before they are let go.

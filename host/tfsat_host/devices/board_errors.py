@@ -21,6 +21,7 @@ _INTERLOCKS = (
     ErrorCode.NOT_AT_START_POSE,
     ErrorCode.JOG_NOT_CONFIRMED,
     ErrorCode.SETTINGS_DO_NOT_FIT,
+    ErrorCode.TOO_MANY_MOVING,
     ErrorCode.STORE_DAMAGED,
     ErrorCode.UPLOAD_INTERRUPTED,
     ErrorCode.STORE_OLD_LAYOUT,
@@ -32,6 +33,7 @@ _ABOUT_STROKES = (
     ErrorCode.JOINT_UNKNOWN,
     ErrorCode.ANGLE_OUT_OF_RANGE,
     ErrorCode.STROKES_OVERLAP,
+    ErrorCode.STARTS_TOO_CLOSE,
     ErrorCode.TOO_EARLY,
     ErrorCode.TOO_LONG,
     ErrorCode.INDEX_OUT_OF_RANGE,
@@ -62,7 +64,8 @@ def _where(reply: msg.ErrorReply) -> str:
     if reply.code == ErrorCode.SWITCH_OPEN:
         return _switches(reply.detail)
     if reply.code == ErrorCode.SETTING_OUT_OF_RANGE:
-        return f" (joint {reply.detail + 1})" if reply.detail < JOINT_COUNT else " (the frame)"
+        names = [f"joint {joint}" for joint in range(1, JOINT_COUNT + 1)] + ["the frame", "moving_at_once"]
+        return f" ({names[reply.detail]})" if reply.detail < len(names) else ""
     if reply.code == ErrorCode.RATE_TOO_HIGH:
         return f" (at most {reply.detail} Hz)"
     if reply.code == ErrorCode.LOGGER_SETTING_OUT_OF_RANGE and reply.detail < len(msg.LoggerSettings.LAYOUT):

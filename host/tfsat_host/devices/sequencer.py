@@ -9,13 +9,13 @@ from typing import Generic, TypeVar
 
 from tfsat_host.devices.board_errors import VerifyError, board_error
 from tfsat_host.devices.client import BoardClient
-from tfsat_host.maneuver import Maneuver, Schedule, Stroke
+from tfsat_host.maneuver import Maneuver, Schedule, Stroke, TimedStroke
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.framing import crc16
 from tfsat_host.protocol.record import Payload
 from tfsat_host.servo_settings import ServoSettings
-from tfsat_host.units import deg_from_cdeg, s_from_us
+from tfsat_host.units import US_PER_S, deg_from_cdeg, s_from_us
 
 Stored = TypeVar("Stored")
 
@@ -45,9 +45,18 @@ class StoredManeuver:
     generation: int
 
     @property
-    def moves(self) -> tuple[tuple[int, int], ...]:
-        """(joint, angle_cdeg) of each stroke, in order."""
-        return tuple((joint, angle_cdeg) for joint, angle_cdeg, _ in self.strokes)
+    def timed_strokes(self) -> tuple[TimedStroke, ...]:
+        """Each stroke, with its end at the average speed."""
+        return tuple(
+            TimedStroke(
+                start_us,
+                joint,
+                angle_cdeg,
+                # Rounded up, as the board does.
+                start_us - (-abs(angle_cdeg) * US_PER_S // self.speed_cdeg_s),
+            )
+            for joint, angle_cdeg, start_us in self.strokes
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +142,9 @@ class SequencerClient(BoardClient):
     def settings(self) -> StoredSettings:
         """Read the servo settings in force."""
         reply = self._client.request(msg.SettingsReadRequest(), msg.SettingsReadReply)
-        return StoredSettings(reply.origin, reply.generation, ServoSettings(reply.frame_us, reply.servo))
+        # Stored by a firmware that knew of no such number, it is 0: one joint at a time.
+        settings = ServoSettings(reply.frame_us, reply.servo, max(1, reply.moving_at_once))
+        return StoredSettings(reply.origin, reply.generation, settings)
 
     def insist_on_safe(self, request: type[Payload] = msg.SettingsWriteRequest) -> None:
         """Raises what the board would answer to this request, which it takes only while it is safe."""
@@ -147,7 +158,7 @@ class SequencerClient(BoardClient):
             BoardError: the board refused; its settings are unchanged.
             VerifyError: the board holds something else than was sent.
         """
-        request = msg.SettingsWriteRequest(settings.frame_us, settings.servos)
+        request = msg.SettingsWriteRequest(settings.frame_us, settings.servos, settings.moving_at_once)
         # The generation counts what was stored and so tells whether this upload wrote.
         before = self.settings()
         self._until_stored(

@@ -67,7 +67,8 @@ def align_clocks(
     """
     edges_s = stroke_edges(log)
     release = _release(log)
-    scheduled_s = np.array([stroke.t_s for stroke in schedule.strokes])
+    # Strokes that begin together raise the line once: one start, one edge.
+    starts_s, start_of_stroke = np.unique([stroke.t_s for stroke in schedule.strokes], return_inverse=True)
     notes: list[str] = []
     # Among so many edges any schedule fits somewhere by chance: use none of them.
     if len(edges_s) > MAX_EDGES:
@@ -75,31 +76,35 @@ def align_clocks(
             f"The stroke line rose {len(edges_s)} times in the drop: it chatters, and no stroke can be told from it."
         )
         edges_s = np.zeros(0)
-    matched = match_strokes(scheduled_s, edges_s, None if release is None else release.t_s)
-    stroke_marks = [
-        Mark(f"stroke {stroke + 1}", float(edges_s[edge]), EDGE_STD_S)
-        for stroke, edge in matched.edge_of_stroke.items()
-    ]
-    marks = [*([release] if release else []), *stroke_marks]
+    matched = match_starts(starts_s, edges_s, None if release is None else release.t_s)
+    # A start is named after its first stroke.
+    names = [f"stroke {np.flatnonzero(start_of_stroke == start)[0] + 1}" for start in range(len(starts_s))]
     # The sequencer begins each stroke within half a microsecond of its time: its reading is the schedule.
     pairs = [
-        Pair(mark.event, float(scheduled_s[int(mark.event.split()[1]) - 1]), mark.t_s, mark.std_s)
-        for mark in stroke_marks
+        Pair(names[start], float(starts_s[start]), float(edges_s[edge]), EDGE_STD_S)
+        for start, edge in matched.edge_of_start.items()
     ]
+    stroke_s = tuple(
+        float(edges_s[matched.edge_of_start[start]]) if start in matched.edge_of_start else float("nan")
+        for start in start_of_stroke.tolist()
+    )
     if release is not None:
         # The sequencer counts from the release: there it reads zero.
         pairs.append(Pair("release", 0.0, release.t_s, release.std_s))
     sequencer = None
     if pairs:
-        sequencer = _sequencer_fit(pairs, _of_matching(matched, edges_s))
+        unseen = [n for n, start in enumerate(start_of_stroke.tolist(), 1) if start in matched.unseen]
+        sequencer = _sequencer_fit(pairs, _of_matching(unseen, edges_s[list(matched.extra)]))
     else:
         notes.append(
             "The sequencer's clock is unknown: the log holds neither a release nor strokes that fit."
         )
+    marks = [
+        *([release] if release else []),
+        *(Mark(f"stroke {n}", t_s, EDGE_STD_S) for n, t_s in enumerate(stroke_s, 1) if np.isfinite(t_s)),
+    ]
     # The landing is no event of the sequencer's, but a video shows it: use it there only.
     video_fit = _video_fit(video, [*marks, *_landing_marks(log)], video_rate, notes) if video else None
-    by_stroke = {mark.event: mark.t_s for mark in stroke_marks}
-    stroke_s = tuple(by_stroke.get(f"stroke {n}", float("nan")) for n in range(1, len(scheduled_s) + 1))
     return Clocks(sequencer, video_fit, stroke_s, tuple(notes))
 
 
@@ -130,11 +135,10 @@ def _landing_marks(log: DropLog) -> list[Mark]:
     return [Mark("landing", log.seconds(event.t_us), LANDING_STD_S) for event in felt[:1]]
 
 
-def _of_matching(matched: MatchedEdges, edges_s: FloatArray) -> list[str]:
-    findings = [f"Stroke {stroke + 1} was not seen by the logger." for stroke in matched.unseen]
+def _of_matching(unseen: Sequence[int], extra_edges_s: FloatArray) -> list[str]:
+    findings = [f"Stroke {number} was not seen by the logger." for number in unseen]
     return findings + [
-        f"The stroke line rose at {edges_s[edge]:.4f} s, where no stroke was scheduled."
-        for edge in matched.extra
+        f"The stroke line rose at {edge_s:.4f} s, where no stroke was scheduled." for edge_s in extra_edges_s
     ]
 
 
@@ -210,41 +214,41 @@ def _video_fit(
 MAX_EDGES = 64
 """More than four times what a maneuver can have: a line that chatters, of which nothing is believed."""
 NEAR_S = 1e-3
-"""An edge as near as this to where a line expects it is that stroke's."""
+"""An edge as near as this to where a line expects it is that start's."""
 ASTRAY_S = 0.15
-"""Within this an edge that is left is a stroke that is left, only early or late: strokes lie further apart."""
+"""Within this an edge that is left is a start that is left, only early or late."""
 _STEEPEST = 0.03
 """Clocks that differ by more than 3 % are not tried."""
 
 
 @dataclass(frozen=True, slots=True)
 class MatchedEdges:
-    """Edges by stroke.
+    """Edges by start.
 
     Attributes:
-        edge_of_stroke: For each stroke that has one the index of its edge; both ascend.
-        unseen: Strokes without an edge, from 0.
-        extra: Edges without a stroke.
+        edge_of_start: For each start that has one the index of its edge; both ascend.
+        unseen: Starts without an edge, from 0.
+        extra: Edges without a start.
     """
 
-    edge_of_stroke: dict[int, int]
+    edge_of_start: dict[int, int]
     unseen: tuple[int, ...]
     extra: tuple[int, ...]
 
 
-def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float | None) -> MatchedEdges:
-    """Match strokes to edges such that most events, the release among them, lie on one line of time.
+def match_starts(starts_s: FloatArray, edge_s: FloatArray, release_s: float | None) -> MatchedEdges:
+    """Match the strokes' starts to edges such that most events, the release among them, lie on one line of time.
 
     Args:
-        scheduled_s: (m,) ascending, above zero, after the release.
+        starts_s: (m,) each later than the one before, above zero, after the release.
         edge_s: (k,) ascending, `MAX_EDGES` at most, on the logger's clock.
         release_s: The release on the logger's clock; None if unknown, then two edges suffice without it.
     """
     # Exhaustive consensus: try each line through two events and count what else lies on it.
-    lines = _lines(scheduled_s, edge_s, release_s)
-    assignments = [_near(slope, start, scheduled_s, edge_s) for start, slope in lines]
+    lines = _lines(starts_s, edge_s, release_s)
+    assignments = [_near(slope, start, starts_s, edge_s) for start, slope in lines]
     if not assignments:
-        return MatchedEdges({}, tuple(range(len(scheduled_s))), tuple(range(len(edge_s))))
+        return MatchedEdges({}, tuple(range(len(starts_s))), tuple(range(len(edge_s))))
 
     def merit(index: int) -> tuple[int, float]:
         start, slope = lines[index]
@@ -255,62 +259,62 @@ def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float 
     best = max(range(len(lines)), key=merit)
     start, slope = lines[best]
     chosen = dict(assignments[best])
-    late = _astray(scheduled_s * slope + start, edge_s, chosen)
+    late = _astray(starts_s * slope + start, edge_s, chosen)
     chosen.update(late)
     return MatchedEdges(
         dict(sorted(chosen.items())),
-        tuple(i for i in range(len(scheduled_s)) if i not in chosen),
+        tuple(i for i in range(len(starts_s)) if i not in chosen),
         tuple(k for k in range(len(edge_s)) if k not in chosen.values()),
     )
 
 
-def _lines(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float | None) -> list[tuple[float, float]]:
+def _lines(starts_s: FloatArray, edge_s: FloatArray, release_s: float | None) -> list[tuple[float, float]]:
     """Start and slope of every line worth a try."""
     lines = []
     if release_s is not None:
-        # (m, k) slope of the line from the release to stroke i at edge j.
-        slopes = (edge_s[None, :] - release_s) / scheduled_s[:, None]
+        # (m, k) slope of the line from the release to start i at edge j.
+        slopes = (edge_s[None, :] - release_s) / starts_s[:, None]
         lines = [(release_s, 1.0)] + [
             (release_s, float(slope)) for slope in slopes[np.abs(slopes - 1.0) <= _STEEPEST]
         ]
-    # Lines through two strokes need no release: it may be lost, or wrong itself.
-    for i, k in combinations(range(len(scheduled_s)), 2):
-        planned = float(scheduled_s[k] - scheduled_s[i])
-        # (k, k) slope if the row's edge is the earlier stroke and the column's the later one.
+    # Lines through two starts need no release: it may be lost, or wrong itself.
+    for i, k in combinations(range(len(starts_s)), 2):
+        planned = float(starts_s[k] - starts_s[i])
+        # (k, k) slope if the row's edge is the earlier start and the column's the later one.
         slopes = (edge_s[None, :] - edge_s[:, None]) / planned
         for first, last in np.argwhere(np.abs(slopes - 1.0) <= _STEEPEST).tolist():
             slope = float(slopes[first, last])
-            lines.append((float(edge_s[first] - slope * scheduled_s[i]), slope))
+            lines.append((float(edge_s[first] - slope * starts_s[i]), slope))
     return lines
 
 
-def _near(slope: float, start: float, scheduled_s: FloatArray, edge_s: FloatArray) -> dict[int, int]:
-    """Find the nearest edge of each stroke within `NEAR_S`; no edge is used twice."""
+def _near(slope: float, start: float, starts_s: FloatArray, edge_s: FloatArray) -> dict[int, int]:
+    """Find the nearest edge of each start within `NEAR_S`; no edge is used twice."""
     if not len(edge_s):
         return {}
-    apart = np.abs(start + slope * scheduled_s[:, None] - edge_s[None, :])
+    apart = np.abs(start + slope * starts_s[:, None] - edge_s[None, :])
     nearest = apart.argmin(axis=1)
-    edge_of_stroke: dict[int, int] = {}
-    for stroke, edge in enumerate(nearest.tolist()):
-        if apart[stroke, edge] <= NEAR_S and edge not in edge_of_stroke.values():
-            edge_of_stroke[stroke] = edge
-    return edge_of_stroke
+    edge_of_start: dict[int, int] = {}
+    for start_index, edge in enumerate(nearest.tolist()):
+        if apart[start_index, edge] <= NEAR_S and edge not in edge_of_start.values():
+            edge_of_start[start_index] = edge
+    return edge_of_start
 
 
 def _astray(expected_s: FloatArray, edge_s: FloatArray, chosen: dict[int, int]) -> dict[int, int]:
-    """Match the remaining strokes and edges, nearest pair first, as long as the strokes' order is kept."""
-    edge_of_stroke: dict[int, int] = {}
+    """Match the remaining starts and edges, nearest pair first, as long as their order is kept."""
+    edge_of_start: dict[int, int] = {}
     apart = np.abs(expected_s[:, None] - edge_s[None, :])
-    # All pairs of stroke and edge, the nearest first; a stable sort makes ties reproducible.
+    # All pairs of start and edge, the nearest first; a stable sort makes ties reproducible.
     nearest = np.column_stack(np.unravel_index(np.argsort(apart, axis=None, kind="stable"), apart.shape))
-    for stroke, edge in nearest.tolist():
-        assigned_edges = {**chosen, **edge_of_stroke}
+    for start, edge in nearest.tolist():
+        assigned_edges = {**chosen, **edge_of_start}
         # Sorted by distance: all that follow are farther still.
-        if apart[stroke, edge] > ASTRAY_S:
+        if apart[start, edge] > ASTRAY_S:
             break
-        if stroke in assigned_edges or edge in assigned_edges.values():
+        if start in assigned_edges or edge in assigned_edges.values():
             continue
         # The sequencer flies its strokes in order: a pair that would cross another is wrong.
-        if all((stroke < other) == (edge < at) for other, at in assigned_edges.items()):
-            edge_of_stroke[stroke] = edge
-    return edge_of_stroke
+        if all((start < other) == (edge < at) for other, at in assigned_edges.items()):
+            edge_of_start[start] = edge
+    return edge_of_start

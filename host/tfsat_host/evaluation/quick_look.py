@@ -120,18 +120,21 @@ def disagreements(
     """Format a sentence for each difference between the drop and its commands.
 
     Args:
-        scheduled_s: m times after release.
-        logged_s: The stroke line's edges after release, in order; not always m.
+        scheduled_s: m ascending times after release.
+        logged_s: The stroke line's edges after release, in order: strokes that begin together have one.
         commanded_deg: m changes of a joint's angle.
         reached: m changes from `reached_deg`.
     """
     sentences = []
-    if len(logged_s) != len(scheduled_s):
-        sentences.append(f"The log holds {len(logged_s)} strokes, {len(scheduled_s)} were scheduled.")
-    for number, (planned_s, seen_s) in enumerate(zip(scheduled_s, logged_s, strict=False), 1):
+    starts_s, first_strokes = np.unique(scheduled_s, return_index=True)
+    if len(logged_s) != len(starts_s):
+        sentences.append(f"The log holds {len(logged_s)} starts of strokes, {len(starts_s)} were scheduled.")
+    for first_stroke, planned_s, seen_s in zip(first_strokes, starts_s, logged_s, strict=False):
         # Negated, so that NaN counts as a difference.
         if not abs(seen_s - planned_s) <= TIME_TOLERANCE_S:
-            sentences.append(f"Stroke {number} began at {seen_s:.4f} s instead of {planned_s:.4f} s.")
+            sentences.append(
+                f"Stroke {first_stroke + 1} began at {seen_s:.4f} s instead of {planned_s:.4f} s."
+            )
     for number, (wanted_deg, got_deg) in enumerate(zip(commanded_deg, reached, strict=True), 1):
         if np.isnan(got_deg):
             sentences.append(f"Stroke {number}: the log lacks the joint's angles before or after it.")

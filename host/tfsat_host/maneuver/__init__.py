@@ -14,7 +14,7 @@ from tfsat_host.maneuver.maneuver import (
     read_maneuver,
     write_maneuver,
 )
-from tfsat_host.maneuver.schedule import Schedule, TimedStroke, schedule_maneuver
+from tfsat_host.maneuver.schedule import Schedule, TimedStroke, count_moving, schedule_maneuver
 from tfsat_host.maneuver.stroke_checks import SEQUENCER, Limits
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "Schedule",
     "Stroke",
     "TimedStroke",
+    "count_moving",
     "format_maneuver",
     "four_stroke",
     "parse_maneuver",

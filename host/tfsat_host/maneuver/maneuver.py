@@ -17,7 +17,7 @@ A key that is not known is an error: a misspelt `angel_deg` must not fly as some
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 
@@ -43,6 +43,7 @@ class Defect(StrEnum):
     TIME_NOT_FINITE = "time-not-finite"
     TIMES_INCOMPLETE = "times-incomplete"
     BEFORE_PAUSE = "before-pause"
+    STARTS_TOO_CLOSE = "starts-too-close"
     OVERLAP = "overlap"
     OUTLASTS_FALL = "outlasts-fall"
     FILE_UNREADABLE = "file-unreadable"
@@ -76,11 +77,12 @@ class ManeuverError(TfsatError):
         self.code = Defect(code)
         self.stroke = stroke
 
-    def in_file(self, name: str) -> ManeuverError:
-        """Return the same error with the name of the maneuver's file added."""
+    def in_file(self, name: str, maneuver: Maneuver) -> ManeuverError:
+        """Return the same error with the name of the maneuver's file added, and the line of the stroke at fault."""
+        line = "" if self.stroke is None else f":{maneuver.lines[self.stroke - 1]}"
         return ManeuverError(
             self.code,
-            what=f"{name}: {self.what}",
+            what=f"{name}{line}: {self.what}",
             meaning=self.meaning,
             next_step=self.next_step,
             stroke=self.stroke,
@@ -117,19 +119,23 @@ DEFAULT_PAUSE_S = 0.70  # keeps the robot off the release mechanism even at the 
 
 @dataclass(frozen=True, slots=True)
 class Maneuver:
-    """Strokes in the order they are flown, from the folded pose (every joint at 0 deg).
+    """Strokes in the order they begin, from the folded pose (every joint at 0 deg).
+
+    Strokes with times of their own may begin together, or while other joints are under way.
 
     Attributes:
         strokes: What moves, in order.
         speed_deg_s: Average speed of a joint during a stroke.
         pause_s: From release to the first stroke.
         name: For people; not sent to the robot.
+        lines: Of the file that each stroke was read from, from 1; empty: from none.
     """
 
     strokes: tuple[Stroke, ...]
     speed_deg_s: float = DEFAULT_SPEED_DEG_S
     pause_s: float = DEFAULT_PAUSE_S
     name: str = ""
+    lines: tuple[int, ...] = field(default=(), compare=False, repr=False)
 
 
 def four_stroke(a_deg: float, b_deg: float, *, speed_deg_s: float = DEFAULT_SPEED_DEG_S) -> Maneuver:
@@ -189,6 +195,7 @@ def _maneuver(top: Table) -> Maneuver:
         speed_deg_s=top.number("speed_deg_s", DEFAULT_SPEED_DEG_S, finite=False),
         pause_s=top.number("pause_s", DEFAULT_PAUSE_S, finite=False),
         name=top.text("name", "", empty=True),
+        lines=tuple(row.line for row in rows),
     )
 
 

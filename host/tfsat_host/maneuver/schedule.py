@@ -10,6 +10,7 @@ All arithmetic is on integers and fractions: a time that is an exact multiple of
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -20,6 +21,7 @@ from tfsat_host.maneuver.stroke_checks import (
     SEQUENCER,
     CheckedStrokes,
     Limits,
+    check_distances,
     check_joint_angles,
     check_strokes,
     check_timing,
@@ -84,12 +86,37 @@ class Schedule:
         """When the last stroke ends, to the nearest 10 ms as in the paper's table; `end_us` is exact."""
         return round(Fraction(self.end_us, US_PER_S) * 100) / 100
 
+    @property
+    def moving_at_once(self) -> int:
+        """Joints that move at the same time at the most."""
+        return max(count_moving(self.strokes), default=0)
+
+    @property
+    def moving_s(self) -> float:
+        """Time in which at least one joint moves, at the average speed."""
+        moving_us, until_us = 0.0, 0.0
+        for stroke in self.strokes:
+            # Not `end_us`, which is rounded up.
+            end_us = stroke.t_us + float(_duration_us(stroke.angle_cdeg, self.speed_cdeg_s))
+            moving_us += max(0.0, end_us - max(until_us, stroke.t_us))
+            until_us = max(until_us, end_us)
+        return moving_us / US_PER_S
+
     def is_same_motion(self, other: Schedule) -> bool:
         """Return whether both command the same strokes at the same times and speed.
 
         The comparison is exact to the last digit that a board stores.
         """
         return self.speed_cdeg_s == other.speed_cdeg_s and self.strokes == other.strokes
+
+
+def count_moving(strokes: Sequence[TimedStroke]) -> tuple[int, ...]:
+    """Joints that move when each stroke has begun, its own among them."""
+    # One joint's strokes do not overlap: each stroke that is under way is of another joint.
+    return tuple(
+        1 + sum(before.end_us > stroke.t_us for before in strokes[:index])
+        for index, stroke in enumerate(strokes)
+    )
 
 
 STROKES: Columns = (
@@ -123,14 +150,15 @@ def schedule_maneuver(maneuver: Maneuver, limits: Limits = SEQUENCER) -> Schedul
         t_us + _duration_us(angle_cdeg, checked.speed_cdeg_s)
         for t_us, angle_cdeg in zip(starts_us, checked.angles_cdeg, strict=True)
     ]
-    check_timing(starts_us, ends_us, limits)
+    check_timing(checked.joints, starts_us, ends_us, limits)
     strokes = tuple(
         TimedStroke(t_us, joint, angle_cdeg, math.ceil(end_us))
         for t_us, joint, angle_cdeg, end_us in zip(
             starts_us, checked.joints, checked.angles_cdeg, ends_us, strict=True
         )
     )
-    return Schedule(strokes, checked.speed_cdeg_s, strokes[-1].end_us, tuple(notices))
+    end_us = max(stroke.end_us for stroke in strokes)
+    return Schedule(strokes, checked.speed_cdeg_s, end_us, tuple(notices))
 
 
 def _duration_us(angle_cdeg: int, speed_cdeg_s: int) -> Fraction:
@@ -156,9 +184,12 @@ def _starts_us(maneuver: Maneuver, checked: CheckedStrokes, limits: Limits, noti
             next_step="Give t_s for every stroke, or for none: then the schedule rule sets all times.",
             stroke=number,
         )
-    return [
+    starts_us = [
         _on_grid(t_s, f"The time of stroke {n}", n, limits, notices) for n, t_s in enumerate(given_times_s, 1)
     ]
+    # As they were given: what is 3 ms apart must not become 10 ms by rounding.
+    check_distances([exact(t_s) * US_PER_S for t_s in given_times_s])
+    return starts_us
 
 
 def _on_grid(t_s: float, subject: str, number: int | None, limits: Limits, notices: list[str]) -> int:

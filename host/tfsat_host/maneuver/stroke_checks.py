@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 from tfsat_host.config.table import shorten_value
 from tfsat_host.maneuver.maneuver import Defect, Maneuver, ManeuverError
@@ -19,6 +20,7 @@ from tfsat_host.protocol.limits import (
     JOINT_COUNT,
     MAX_STROKES,
     PAUSE_MIN_US,
+    SCHEDULE_GRID_US,
     SPEED_MAX_CDEG_S,
     SPEED_MIN_CDEG_S,
 )
@@ -200,43 +202,69 @@ def _start_words(limits: Limits, joint: int) -> str:
     return f"a maneuver of this robot starts with joint {joint} at {deg_from_cdeg(limits.start_cdeg[joint - 1]):g} deg"
 
 
-def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: Limits) -> None:
+def check_distances(starts_us: Sequence[Fraction]) -> None:
+    """Check that strokes come in the order of their times, and begin together or 10 ms apart.
+
+    Raises:
+        ManeuverError: starts-too-close.
+    """
+    for number, (before_us, start_us) in enumerate(pairwise(starts_us), 2):
+        if start_us == before_us or start_us >= before_us + SCHEDULE_GRID_US:
+            continue
+        raise ManeuverError(
+            Defect.STARTS_TOO_CLOSE,
+            what=f"Stroke {number} starts at {_s(start_us)} s, stroke {number - 1} at {_s(before_us)} s.",
+            meaning="The sequencer takes strokes in the order of their times, at the same time or 10 ms apart.",
+            next_step="Sort the strokes by t_s; let two begin at the same time or at least 10 ms apart.",
+            stroke=number,
+        )
+
+
+def check_timing(
+    joints: Sequence[int], starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: Limits
+) -> None:
     """Check the timing of one or more strokes against the pause, one another and the end of the fall.
 
     Raises:
         ManeuverError: before-pause, overlap, outlasts-fall.
     """
-    if starts_us[0] < limits.pause_min_us:
+    before_of: dict[int, int] = {}
+    for number, (joint, start_us, end_us) in enumerate(zip(joints, starts_us, ends_us, strict=True), 1):
+        if number == 1:
+            _check_pause(start_us, limits)
+        # Strokes of different joints may overlap, those of one may not.
+        before = before_of.get(joint)
+        if before is not None and start_us < ends_us[before - 1]:
+            raise ManeuverError(
+                Defect.OVERLAP,
+                what=f"Stroke {number} of joint {joint} starts at {_s(start_us)} s, before the joint's stroke "
+                f"{before} ends at {_s(ends_us[before - 1])} s.",
+                meaning="A joint cannot do two strokes at once.",
+                next_step="Move the joint's strokes apart, or leave out every t_s: the schedule rule then sets them.",
+                stroke=number,
+            )
+        before_of[joint] = number
+        if limits.end_max_us is not None and end_us > limits.end_max_us:
+            raise ManeuverError(
+                Defect.OUTLASTS_FALL,
+                # To a millisecond, up: nobody plans with less, and the end stays beyond the limit.
+                what=f"Stroke {number} would end {_s(1000 * math.ceil(end_us / 1000))} s after release; "
+                f"the fall ends at {_s(limits.end_max_us)} s.",
+                meaning="The robot would land while it still moves.",
+                next_step="Use smaller angles, fewer strokes or a higher speed.",
+                stroke=number,
+            )
+
+
+def _check_pause(start_us: int, limits: Limits) -> None:
+    if start_us < limits.pause_min_us:
         raise ManeuverError(
             Defect.BEFORE_PAUSE,
-            what=f"The first stroke starts {_s(starts_us[0])} s after release; "
+            what=f"The first stroke starts {_s(start_us)} s after release; "
             f"it must not start before {_s(limits.pause_min_us)} s.",
             meaning="The robot would strike the release mechanism.",
             next_step=f"Start at {_s(limits.pause_min_us)} s or later.",
             stroke=1,
-        )
-    # Whatever joints they move: the maneuver is designed for one joint at a time.
-    for number in range(2, len(starts_us) + 1):
-        start_us, previous_end_us = starts_us[number - 1], ends_us[number - 2]
-        if start_us < previous_end_us:
-            raise ManeuverError(
-                Defect.OVERLAP,
-                what=f"Stroke {number} starts at {_s(start_us)} s, before stroke {number - 1} ends "
-                f"at {_s(previous_end_us)} s.",
-                meaning="Two joints at once were never designed for.",
-                next_step="Move the strokes apart, or leave out every t_s: the schedule rule then sets them.",
-                stroke=number,
-            )
-    # Strokes do not overlap by now, so the last one ends last.
-    if limits.end_max_us is not None and ends_us[-1] > limits.end_max_us:
-        raise ManeuverError(
-            Defect.OUTLASTS_FALL,
-            # To a millisecond, up: nobody plans with less, and the end stays beyond the limit.
-            what=f"The maneuver would end {_s(1000 * math.ceil(ends_us[-1] / 1000))} s after release; "
-            f"the fall ends at {_s(limits.end_max_us)} s.",
-            meaning="The robot would land while it still moves.",
-            next_step="Use smaller angles, fewer strokes or a higher speed.",
-            stroke=len(starts_us),
         )
 
 

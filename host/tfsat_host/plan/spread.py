@@ -238,7 +238,7 @@ class TimeLimit:
 
     Attributes:
         name: Which limit.
-        of: The output that is limited: `end_s` of the last stroke, or `moving_time_s` of all strokes together.
+        of: The output that is limited: `end_s` of the last stroke, or `moving_time_s` in which a joint moves.
         limit_s: Greatest permitted time.
     """
 

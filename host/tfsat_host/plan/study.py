@@ -18,6 +18,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
+from tfsat_host.dynamics.history import ServoMotion
 from tfsat_host.dynamics.propagate_within import final_attitudes
 from tfsat_host.plan.parameters import ErrorSources, Parameters
 from tfsat_host.worker_processes import worker_pool
@@ -73,7 +74,7 @@ class Outcomes:
 
     Attributes:
         quaternion_xyzw: (s, 4) final attitude of the base: from base axes to inertial axes.
-        moving_time_s: (s,) what the strokes take together.
+        moving_time_s: (s,) time in which at least one joint moves.
         end_s: (s,) when the last joint has arrived, after release.
         error_rad: How wrong the worst of the attitudes may be by the error of the integration.
     """
@@ -126,13 +127,21 @@ def run_chunk(study: Study, chunk: int) -> Outcomes:
         initial_rate_rad_s=parameters.initial_rate_rad_s,
     )
     count = len(study.deviates(chunk))
-    moving_time_s = (motion.end_s - motion.start_s).sum(axis=0)
     return Outcomes(
         np.ascontiguousarray(attitude.T[:count]),
-        moving_time_s[:count],
+        _moving_time_s(motion)[:count],
         motion.end_s.max(axis=0)[:count],
         error_rad,
     )
+
+
+def _moving_time_s(motion: ServoMotion) -> FloatArray:
+    """(s,) time in which at least one joint moves."""
+    order = motion.start_s.argsort(axis=0, kind="stable")
+    start_s, end_s = (np.take_along_axis(times, order, axis=0) for times in (motion.start_s, motion.end_s))
+    # What a stroke adds begins where all before it have ended.
+    until_s = np.vstack([start_s[:1], np.maximum.accumulate(end_s, axis=0)[:-1]])
+    return np.asarray(np.maximum(0.0, end_s - np.maximum(start_s, until_s)).sum(axis=0))
 
 
 _WORTH_A_PROCESS = 8  # chunks; starting one takes as long as computing fewer

@@ -18,7 +18,7 @@ _OUTPUTS = {
     "rotation_y_deg": "rotation vector y / deg",
     "rotation_z_deg": "rotation vector z / deg",
     "attitude_error_deg": "attitude error / deg",
-    "moving_time_s": "time of all strokes / s",
+    "moving_time_s": "time in which joints move / s",
     "end_s": "end of last stroke / s",
 }
 

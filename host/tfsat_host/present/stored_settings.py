@@ -34,6 +34,7 @@ _SERVO: Columns = (
 )
 SERVO_SETTINGS: Columns = (
     Column("frame_ms", of=lambda settings: settings.frame_us / 1000),
+    Column("moving_at_once"),
     Column("servos", of=lambda settings: list(enumerate(settings.servos, 1)), columns=_SERVO),
 )
 """Of `ServoSettings`, under the keys of the settings' file."""
@@ -89,7 +90,10 @@ def comparison(
 
 
 def _rows(settings: ServoSettings) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = [("pulse to pulse / ms", f"{settings.frame_us / 1000:g}")]
+    rows: list[tuple[str, ...]] = [
+        ("pulse to pulse / ms", f"{settings.frame_us / 1000:g}"),
+        ("joints that move at once", str(settings.moving_at_once)),
+    ]
     for joint, servo in enumerate(settings.servos, 1):
         rows += [
             (f"joint {joint}: pulse at 0 deg / us", str(servo.zero_us)),

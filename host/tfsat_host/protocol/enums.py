@@ -184,9 +184,9 @@ class ErrorCode(IntEnum):
     ANGLE_OUT_OF_RANGE = 9
     """A stroke would take a joint outside 0 to 90 deg, or moves nothing."""
     STROKES_OVERLAP = 10
-    """A stroke starts before the one before it has ended."""
+    """A stroke starts before its joint has ended the one before."""
     TOO_EARLY = 11
-    """The first stroke starts before the pause is over."""
+    """A stroke starts before the pause is over."""
     TOO_LONG = 12
     """The maneuver would outlast the fall."""
     SPEED_OUT_OF_RANGE = 13
@@ -225,6 +225,10 @@ class ErrorCode(IntEnum):
     """An upload of the maneuver or of the servo settings was begun and never completed."""
     STORE_OLD_LAYOUT = 30
     """The stored maneuver or the servo settings were stored by an earlier firmware, in another layout."""
+    STARTS_TOO_CLOSE = 31
+    """A stroke starts before the one before it, or less than 10 ms after it."""
+    TOO_MANY_MOVING = 32
+    """The stored maneuver moves more joints at once than the servo settings allow."""
     NO_CARD = 40
     """No SD card answers."""
     CARD_FULL = 41

@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("f46f1a590cae2e1b")
+PROTOCOL_HASH = bytes.fromhex("2a017cb61837966b")
 FIRMWARE_VERSION = (0, 2, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -47,6 +47,8 @@ SERVO_NS_PER_DEG_MAX = 30000
 """Greatest slope of a servo that a setting may claim."""
 SERVO_FRAME_US = 20000
 """Factory setting: from pulse to pulse."""
+MOVING_AT_ONCE = 1
+"""Factory setting: joints that move at the same time."""
 SERVO_FRAME_MIN_US = 5000
 """Fastest frame that a digital servo may be given."""
 SERVO_FRAME_MAX_US = 20000

@@ -861,11 +861,13 @@ class SettingsWriteRequest(Payload):
     Attributes:
         frame_us: From pulse to pulse.
         servo: Joints 1 to 3.
+        moving_at_once: Joints that the supply can move at the same time, 1 to 3.
     """
 
     TYPE = 0x15
     frame_us: U16
     servo: Annotated[tuple[ServoSetting, ...], 3]
+    moving_at_once: U8
 
 
 class SettingsWriteReply(Payload):
@@ -895,6 +897,7 @@ class SettingsReadReply(Payload):
         generation: Settings that this board has stored.
         frame_us: From pulse to pulse.
         servo: Joints 1 to 3.
+        moving_at_once: Joints that the supply can move at the same time, 1 to 3.
     """
 
     TYPE = 0x96
@@ -902,6 +905,7 @@ class SettingsReadReply(Payload):
     generation: U32
     frame_us: U16
     servo: Annotated[tuple[ServoSetting, ...], 3]
+    moving_at_once: U8
 
 
 class JointReportRequest(Payload):

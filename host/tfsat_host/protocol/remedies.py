@@ -61,12 +61,12 @@ REMEDIES: dict[ErrorCode, tuple[str, str, Advice]] = {
         Advice("Choose smaller strokes."),
     ),
     ErrorCode.STROKES_OVERLAP: (
-        "A stroke starts before the one before it has ended.",
-        "Nothing was stored, and the board does not arm until an upload is complete; two joints at once draw more current than the supply gives.",
-        Advice("Move the strokes apart, or leave the times to the schedule rule."),
+        "A stroke starts before its joint has ended the one before.",
+        "Nothing was stored, and the board does not arm until an upload is complete; a joint cannot do two strokes at once.",
+        Advice("Move that joint's strokes apart, or leave the times to the schedule rule."),
     ),
     ErrorCode.TOO_EARLY: (
-        "The first stroke starts before the pause is over.",
+        "A stroke starts before the pause is over.",
         "Nothing was stored, and the board does not arm until an upload is complete; the robot would still touch the releaser.",
         Advice("Start at 0.70 s or later."),
     ),
@@ -164,6 +164,16 @@ REMEDIES: dict[ErrorCode, tuple[str, str, Advice]] = {
         "The stored maneuver or the servo settings were stored by an earlier firmware, in another layout.",
         "This firmware does not read them: nothing of them is in force.",
         Advice("Upload both again: ", NextStep("upload-sequence"), ", and ", NextStep("upload-servos"), " (or ", NextStep("upload-servos", ("--factory",)), ")."),
+    ),
+    ErrorCode.STARTS_TOO_CLOSE: (
+        "A stroke starts before the one before it, or less than 10 ms after it.",
+        "Nothing was stored, and the board does not arm until an upload is complete.",
+        Advice("Give the strokes in the order of their times; let two begin at the same time or at least 10 ms apart."),
+    ),
+    ErrorCode.TOO_MANY_MOVING: (
+        "The stored maneuver moves more joints at once than the servo settings allow.",
+        "The supply may dip, and a servo or the board with it.",
+        Advice("If the supply carries it, raise moving_at_once with ", NextStep("upload-servos"), "; else upload a maneuver that moves fewer joints at once."),
     ),
     ErrorCode.NO_CARD: (
         "No SD card answers.",

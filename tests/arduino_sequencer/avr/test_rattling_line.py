@@ -21,7 +21,7 @@ def rattle(board: AvrBoard, for_us: int, half_period_us: int) -> None:
         board.run(half_period_us)
 
 
-@pytest.mark.parametrize("half_period_us", [8, 60, 300, 2_000])
+@pytest.mark.parametrize("half_period_us", [8, 45, 55, 58, 60, 300, 2_000])
 @pytest.mark.parametrize("stage_pause_us", [0, 1_000])
 def test_a_host_comes_through(sequencer: AvrBoard, half_period_us: int, stage_pause_us: int) -> None:
     connect(sequencer).arm()

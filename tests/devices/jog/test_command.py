@@ -112,7 +112,8 @@ def test_ctrl_c_lets_it_go(robot: Served, options: tuple[str, ...]) -> None:
         commanded_deg = error["last_angle_deg"]
     else:
         assert said_out == ""
-        assert "was let go on its way; the sequencer is safe" in error_text
+        # Where the lines break depends on the digits of the angle.
+        assert "was let go on its way; the sequencer is safe" in " ".join(error_text.split())
         commanded_deg = commanded_deg_of(error_text)
     # Past the start, and let go far from the target.
     assert 3 < joint_1_deg(robot) < 80

@@ -38,7 +38,7 @@ def test_a_maneuver_that_does_not_fit_ends_with_3_and_says_why(tfsat_host: RunCl
     text = tfsat_host("envelope", 66, 67, expect=3).stdout
     # The check that failed is named in the verdict.
     assert text.splitlines()[-1] == "DOES NOT FIT COSMOTORRE: 1 of 11 checks failed (stroke-time)"
-    assert "The strokes take 1.565 s together" in text and "tfsat-host design" in text
+    assert "Joints move for 1.565 s" in text and "tfsat-host design" in text
 
 
 def test_a_file_says_the_same_as_its_angles(tfsat_host: RunCli) -> None:

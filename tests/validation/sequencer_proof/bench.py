@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Self
@@ -13,6 +13,7 @@ from tests.fixtures.sequencer.cable import eeprom_after_upload
 from tests.validation.campaign import Broken
 from tests.validation.sequencer_proof.signals import PinEdge
 from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.enums import SequencerState
 
 POWER_UP_US = 200_000
@@ -92,14 +93,18 @@ class Bench:
     library: Path
     """For `AvrBoard`."""
     eeprom: bytes
-    """After an upload of 59/70."""
+    """After an upload of what is flown, 59/70 if nothing else is said."""
 
     @classmethod
     def of(cls, image: Path, library: Path) -> Self:
         return cls(image, library, eeprom_after_upload(load_library(library), image))
 
+    def flying(self, schedule: Schedule) -> Self:
+        """Return the bench with boards to which this was uploaded."""
+        return replace(self, eeprom=eeprom_after_upload(load_library(self.library), self.image, schedule))
+
     def board(self) -> AvrBoard:
-        """Return a powered board to which 59/70 was uploaded, both switches closed, no cable."""
+        """Return a powered board, with the upload, both switches closed, no cable."""
         return self._power_board(self.eeprom)
 
     def new_board(self) -> AvrBoard:

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from tests.fixtures.sequencer.board import ResetCause
+from tests.fixtures.sequencer.cable import TOGETHER
 from tests.validation.campaign import Broken, Campaign, Found
 from tests.validation.sequencer_proof.bench import Bench, image_report
 from tests.validation.sequencer_proof.contacts import Chatter
@@ -51,6 +52,7 @@ def campaigns(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> li
     `native` and `rule` are libraries; `hanging_image` contains `resets.HANG`.
     """
     hanging, begins = replace(bench, image=hanging_image), begins_us()
+    together = bench.flying(TOGETHER)
     # Both chatters alternate: half of the runs with the fast one alone.
     fast = [(Chatter.BOTH, Chatter.FAST)[number % 2] for number in range(10)]
     return [
@@ -98,6 +100,17 @@ def campaigns(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> li
                  [partial(held_pins, bench, joints, level, 100) for level in LEVELS for joints in SUBSETS], 9000),
         Campaign("jogs", "a joint moves while somebody asks, within its limits, at its speed, and is let go in time",
                  [partial(jog_lives, bench, count=50)] * 20, 11_000, 50),
+        Campaign("together", f"strokes of joints that move together: {ON_TIME}",
+                 [partial(avr_releases, together, Chatter.SLOW, count=10)] * 10, 12_000),
+        Campaign("together_closed", "such strokes, closed again: as for 59/70",
+                 [partial(closed_again, together, count=25)] * 2, 12_100),
+        Campaign("together_abused", "such strokes, abused: each begins on the cycle of the undisturbed run",
+                 [partial(abuse_link, together, abuse, begins[part::ABUSE_JOBS])
+                  for abuse in Abuse for part in range(2)], 12_200),
+        Campaign("together_resets", "such strokes, resets: as for 59/70",
+                 [partial(reset_board, together, moment, cause, 25) for moment in Moment for cause in CAUSES], 12_300),
+        Campaign("together_held", "such strokes, pins held: as for 59/70",
+                 [partial(held_pins, together, joints, level, 50) for level in LEVELS for joints in SUBSETS], 12_400),
         Campaign("rewrites", "an upload of what is stored writes a begun marker and its end at most",
                  [partial(second_upload_writes, bench, record) for record in Record]),
     ]  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from tests.validation.campaign import Campaign, Found, campaigns_csv, output
@@ -16,6 +17,7 @@ from tests.validation.sequencer_proof.blocking import (
 from tests.validation.sequencer_proof.campaigns import DATES, least_never_used
 from tests.validation.sequencer_proof.damage import TOLD, Damaged, Place
 from tests.validation.sequencer_proof.half_transfers import disturbed_rows
+from tests.validation.sequencer_proof.held_pins import HeldPins
 from tests.validation.sequencer_proof.jog_lives import jog_row
 from tests.validation.sequencer_proof.jolts import jolt_rows
 from tests.validation.sequencer_proof.link import STATES, Abuse, Noise, Noisy
@@ -236,14 +238,41 @@ def list_figures(results: Found) -> list[tuple[str, str, object]]:
             "hangs": sum(hangs.hangs for hangs in results["hangs"]),
             "reset after, ms": _hang_ms(results),
         },
-        "pins held": {
-            "runs": sum(result.runs for result in results["held"]),
-            "strokes on time": sum(result.on_time for result in results["held"]),
-            "late": sum(result.late for result in results["held"]),
-            "missed": sum(result.missed for result in results["held"]),
-        },
+        "pins held": _held_figures(results["held"]),
+        "together": _together_figures(results),
     }
     return [(section, what, value) for section, rows in figures.items() for what, value in rows.items()]
+
+
+def _held_figures(held: Sequence[HeldPins]) -> dict[str, object]:
+    return {
+        "runs": sum(result.runs for result in held),
+        "strokes on time": sum(result.on_time for result in held),
+        "late": sum(result.late for result in held),
+        "missed": sum(result.missed for result in held),
+    }
+
+
+def _together_figures(results: Found) -> dict[str, object]:
+    """Return the figures of strokes of joints that move together."""
+    releases = all_releases(results["together"])
+    resets, held = results["together_resets"], _held_figures(results["together_held"])
+    strokes = results["together"][0].plan.strokes
+    # Of each pair that begins together the difference of the two errors.
+    pairs = [(i, i + 1) for i, (one, other) in enumerate(pairwise(strokes)) if one[2] == other[2]]
+    apart = [abs(release.errors[i] - release.errors[k]) for release in releases for i, k in pairs]
+    return {
+        "releases": len(releases),
+        "errors of the strokes, µs": errors_us(releases),
+        "strokes that begin together, µs apart at most": max(apart) / CYCLES_PER_US,
+        "closed again before the first stroke, and after it": sum(
+            part.before + part.after for part in results["together_closed"]
+        ),
+        "runs with an abused link": sum(result.runs for result in results["together_abused"]),
+        "a stroke moved in": sum(result.moved for result in results["together_abused"]),
+        "resets": sum(reset.resets for reset in resets),
+        **{f"pins held: {figure}": value for figure, value in held.items()},
+    }
 
 
 def _cut_row(cuts: Cuts) -> tuple[object, ...]:

@@ -11,7 +11,7 @@ import pytest
 
 from tests.fixtures.sequencer.board import EEPROM_BYTES, PinHold, ResetCause
 from tests.fixtures.sequencer.building import build_changed_sequencer, build_native_library
-from tests.fixtures.sequencer.cable import connect
+from tests.fixtures.sequencer.cable import TOGETHER, connect
 from tests.validation.campaign import Broken
 from tests.validation.sequencer_proof.bench import Bench
 from tests.validation.sequencer_proof.blocking import (
@@ -328,6 +328,30 @@ def test_a_servo_is_driven_after_a_reset_as_its_pin_was(bench: Bench, level: Pin
     pin_results = [held_pins(bench, joints, level, count=2, seed=9) for joints in SUBSETS]
     assert sum(result.missed for result in pin_results) > 0
     assert sum(result.on_time for result in pin_results) > 0
+
+
+# ------------------------------------------------------------------ strokes of joints that move together
+
+
+@pytest.fixture(scope="module")
+def together(bench: Bench) -> Bench:
+    return bench.flying(TOGETHER)
+
+
+def test_strokes_that_begin_together_rise_on_one_tick(together: Bench) -> None:
+    releases = avr_releases(together, Chatter.SLOW, seed=1, count=3).releases
+    assert max(map(abs, errors_us(releases))) <= TICK_US
+    for release in releases:
+        assert release.errors[0] == release.errors[1]
+        assert len(set(release.errors[3:])) == 1
+
+
+def test_joints_that_move_together_are_as_safe_as_one_after_the_other(together: Bench) -> None:
+    closed_again(together, seed=1, count=1)
+    assert abuse_link(together, Abuse.PULLED, [700_000], seed=1).moved == 0
+    for moment in (Moment.ARMED, Moment.RUNNING):
+        assert reset_board(together, moment, ResetCause.WATCHDOG, count=2, seed=4).resets == 2
+    assert held_pins(together, (1, 2, 3), PinHold.LOW, count=3, seed=9).missed > 0
 
 
 # ------------------------------------------------------------------ jog

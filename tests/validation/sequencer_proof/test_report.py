@@ -41,6 +41,7 @@ FOLDER = DOCS / "sequencer-proof"
 RELEASE = Release((-3, 0, 5, 16), Extremes(16_000, 28_448), Extremes(315_000, 322_000), 12)
 LATE = RELEASE._replace(errors=(0, 0, 0, 801))
 STROKES = ((1, 5900, 700_000), (2, 7000, 1_050_000), (1, -5900, 1_470_000), (2, -7000, 1_820_000))
+TOGETHER_STROKES = (*STROKES[:3], (2, -7000, STROKES[2][2]))
 FLIGHTS = Flights(Plan(STROKES, 2_231_765, FACTORY), [RELEASE, RELEASE], 600)
 OFF_US = Extremes(-0.125, 0.25)
 FOUND: dict[str, Sequence[Any]] = {
@@ -73,6 +74,13 @@ FOUND: dict[str, Sequence[Any]] = {
     "noisy": [Noisy(Noise.BYTES, drops=1, never_used=570)],
     "resets": [Resets(Moment.ARMED, ResetCause.BROWN_OUT, 25, ErrorCode.NONE, Extremes(11, 24.5), OFF_US)],
     "held": [HeldPins((1, 3), PinHold.LOW, 20, on_time=30, late=3, missed=7, extra_marks=2)],
+    "together": [FLIGHTS._replace(plan=Plan(TOGETHER_STROKES, 2_231_765, FACTORY))],
+    "together_closed": [ClosedAgain(25, 25, [RELEASE])],
+    "together_abused": [Abused(Abuse.PULLED, 42, 0, 580)],
+    "together_resets": [
+        Resets(Moment.ARMED, ResetCause.BROWN_OUT, 25, ErrorCode.NONE, Extremes(11, 24.5), OFF_US)
+    ],
+    "together_held": [HeldPins((1, 3), PinHold.LOW, 20, on_time=30, late=3, missed=7, extra_marks=2)],
     "jogs": [Lives(50, 1_500, 150, 300, 15_000), Lives(50, 1_400, 140, 290, 14_000)],
     "hangs": [Hangs(SequencerState.SAFE, 10, Extremes(1_020, 1_024))],
 }

@@ -40,18 +40,23 @@ uint16_t Maneuver::crc() const {
   return crc;
 }
 
-uint32_t Maneuver::duration_us(const Stroke& stroke) const {
+uint32_t Maneuver::arrival_us(uint8_t stroke_index) const {
+  const Stroke& stroke = strokes[stroke_index];
   // Rounded up: cdeg / (cdeg/s) in microseconds, without 64-bit arithmetic. At most 32768 cdeg and
   // at least 1000 cdeg/s; the millisecond first, then the rest.
   const uint32_t scaled = static_cast<uint32_t>(magnitude(stroke.angle_cdeg)) * 1000;
   const uint32_t whole_ms = scaled / speed_cdeg_s;
   const uint32_t rest = scaled % speed_cdeg_s;
-  return whole_ms * 1000 + (rest * 1000 + speed_cdeg_s - 1) / speed_cdeg_s;
+  return stroke.start_us + whole_ms * 1000 + (rest * 1000 + speed_cdeg_s - 1) / speed_cdeg_s;
 }
 
 uint32_t Maneuver::end_us() const {
-  const Stroke& last = strokes[stroke_count - 1];
-  return last.start_us + duration_us(last);
+  uint32_t end_us = 0;
+  for (uint8_t i = 0; i < stroke_count; ++i) {
+    const uint32_t arrived_us = arrival_us(i);
+    if (arrived_us > end_us) end_us = arrived_us;
+  }
+  return end_us;
 }
 
 int16_t Maneuver::angle_before(uint8_t stroke_index, uint8_t joint) const {
@@ -63,31 +68,49 @@ int16_t Maneuver::angle_before(uint8_t stroke_index, uint8_t joint) const {
   return angle_cdeg;
 }
 
-Defect Maneuver::find_defect() const {
+Defect Maneuver::find_defect(uint8_t moving_at_once) const {
   using namespace protocol;
   if (stroke_count == 0 || stroke_count > kMaxStrokes)
     return Defect{ErrorCode::kTooManyStrokes, -1};
   if (speed_cdeg_s < kSpeedMinCdegS || speed_cdeg_s > kSpeedMaxCdegS) {
     return Defect{ErrorCode::kSpeedOutOfRange, -1};
   }
-  uint32_t free_from_us = kPauseMinUs;
   for (uint8_t i = 0; i < stroke_count; ++i) {
-    const Stroke& stroke = strokes[i];
-    if (stroke.joint < 1 || stroke.joint > kJointCount) return Defect{ErrorCode::kJointUnknown, i};
-    const int32_t angle = static_cast<int32_t>(angle_before(i, stroke.joint)) + stroke.angle_cdeg;
-    if (stroke.angle_cdeg == 0 || angle < static_cast<int32_t>(kJointAngleMinCdeg) ||
-        angle > static_cast<int32_t>(kJointAngleMaxCdeg)) {
-      return Defect{ErrorCode::kAngleOutOfRange, i};
-    }
-    if (stroke.start_us < free_from_us) {
-      return Defect{i == 0 ? ErrorCode::kTooEarly : ErrorCode::kStrokesOverlap, i};
-    }
-    if (stroke.start_us > kFallUs) return Defect{ErrorCode::kTooLong, i};
-    const uint32_t taken = duration_us(stroke);
-    free_from_us = stroke.start_us + (taken > kScheduleGridUs ? taken : kScheduleGridUs);
+    const ErrorCode code = stroke_defect(i, moving_at_once);
+    if (code != ErrorCode::kNone) return Defect{code, i};
   }
-  if (end_us() > kFallUs) return Defect{ErrorCode::kTooLong, stroke_count - 1};
   return Defect{ErrorCode::kNone, -1};
+}
+
+// Those before it have no defect.
+ErrorCode Maneuver::stroke_defect(uint8_t index, uint8_t moving_at_once) const {
+  using namespace protocol;
+  const Stroke& stroke = strokes[index];
+  if (stroke.joint < 1 || stroke.joint > kJointCount) return ErrorCode::kJointUnknown;
+  int32_t angle_cdeg = stroke.angle_cdeg;
+  uint8_t moving = 1;
+  bool overlaps = false;
+  for (uint8_t i = 0; i < index; ++i) {
+    const bool under_way = arrival_us(i) > stroke.start_us;
+    if (under_way) ++moving;
+    if (strokes[i].joint != stroke.joint) continue;
+    angle_cdeg += strokes[i].angle_cdeg;
+    overlaps = overlaps || under_way;
+  }
+  if (stroke.angle_cdeg == 0 || angle_cdeg < static_cast<int32_t>(kJointAngleMinCdeg) ||
+      angle_cdeg > static_cast<int32_t>(kJointAngleMaxCdeg)) {
+    return ErrorCode::kAngleOutOfRange;
+  }
+  if (stroke.start_us < kPauseMinUs) return ErrorCode::kTooEarly;
+  if (index > 0) {
+    const uint32_t before_us = strokes[index - 1].start_us;
+    if (stroke.start_us != before_us && stroke.start_us < before_us + kScheduleGridUs) {
+      return ErrorCode::kStartsTooClose;
+    }
+  }
+  if (overlaps) return ErrorCode::kStrokesOverlap;
+  if (stroke.start_us > kFallUs || arrival_us(index) > kFallUs) return ErrorCode::kTooLong;
+  return moving > moving_at_once ? ErrorCode::kTooManyMoving : ErrorCode::kNone;
 }
 
 }  // namespace sequencer

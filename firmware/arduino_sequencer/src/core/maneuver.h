@@ -40,12 +40,14 @@ struct TFSAT_PACKED Maneuver {
   // CRC-16/IBM-3740 of the canonical form up to the last stroke in use.
   uint16_t crc() const;
 
-  uint32_t duration_us(const Stroke& stroke) const;
+  ErrorCode stroke_defect(uint8_t index, uint8_t moving_at_once) const;
+  // When a stroke has brought its joint where it should be, after release.
+  uint32_t arrival_us(uint8_t stroke_index) const;
   // When the last stroke ends, after release.
   uint32_t end_us() const;
   // Everything that must hold before it may fly. The host checks the same; the board believes
   // nobody.
-  Defect find_defect() const;
+  Defect find_defect(uint8_t moving_at_once = protocol::kJointCount) const;
   bool valid() const { return find_defect().code == ErrorCode::kNone; }
   // Angle that `joint` (1 to 3) holds after the strokes before `stroke_index`, from the start pose
   // 0.

@@ -214,6 +214,7 @@ Reply RequestServer::settings_read(uint8_t* reply) {
   answer.generation = store.generation();
   answer.frame_us = store.current().frame_us;
   for (uint8_t i = 0; i < kJointCount; ++i) answer.servo[i] = store.current().servo[i];
+  answer.moving_at_once = store.current().moving_at_once;
   return send(answer, reply);
 }
 

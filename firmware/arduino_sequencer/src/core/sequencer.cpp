@@ -199,8 +199,11 @@ ErrorCode Sequencer::refusal(uint16_t token) {
   if (!at_rest || resuming_ || storing()) return ErrorCode::kWrongState;
   if (token != retained_.token) return ErrorCode::kStaleToken;
   if (store_defect() != ErrorCode::kNone) return store_defect();
-  const bool stored = maneuvers_.origin() != Origin::kFactory;
-  if (!stored || !maneuvers_.current().valid()) return ErrorCode::kNoManeuver;
+  if (maneuvers_.origin() == Origin::kFactory) return ErrorCode::kNoManeuver;
+  const uint8_t moving_at_once = settings_.current().moving_at_once;
+  const Defect defect = maneuvers_.current().find_defect(moving_at_once != 0 ? moving_at_once : 1);
+  if (defect.code == ErrorCode::kTooManyMoving) return defect.code;
+  if (defect.code != ErrorCode::kNone) return ErrorCode::kNoManeuver;
   if (!fits_settings()) return ErrorCode::kSettingsDoNotFit;
   for (SwitchEdge stale; switches_.take_edge(stale);) continue;
   if (switches_.levels() != 0) return ErrorCode::kSwitchOpen;

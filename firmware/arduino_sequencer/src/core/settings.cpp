@@ -40,6 +40,7 @@ Settings Settings::factory() {
     servo.min_cdeg = kJointAngleMinCdeg;
     servo.max_cdeg = kJointAngleMaxCdeg;
   }
+  settings.moving_at_once = kMovingAtOnce;
   return settings;
 }
 
@@ -47,9 +48,10 @@ int8_t Settings::find_defect() const {
   for (uint8_t i = 0; i < kJointCount; ++i) {
     if (!makes_sense(servo[i])) return static_cast<int8_t>(i);
   }
-  return frame_us >= kServoFrameMinUs && frame_us <= kServoFrameMaxUs
-             ? -1
-             : static_cast<int8_t>(kJointCount);
+  if (frame_us < kServoFrameMinUs || frame_us > kServoFrameMaxUs) {
+    return static_cast<int8_t>(kJointCount);
+  }
+  return moving_at_once <= kJointCount ? -1 : static_cast<int8_t>(kJointCount + 1);
 }
 
 bool Settings::allows(uint8_t joint, int16_t angle_cdeg) const {

@@ -15,7 +15,8 @@ struct Settings : protocol::SettingsWriteRequest {
   // 0 deg at 1000 us, 90 deg at 2000 us, 20 ms frames.
   static Settings factory();
 
-  // Index of the first joint whose setting makes no sense, kJointCount for the frame, or -1.
+  // Index of the first joint whose setting makes no sense, kJointCount for the frame, one more for
+  // moving_at_once, or -1.
   int8_t find_defect() const;
   bool valid() const { return find_defect() < 0; }
 

@@ -25,8 +25,8 @@ constexpr uint8_t kQuietSamples = 28;
 // 0.5 ms away, and is prepared after it, after the other servos' edges and what else holds interrupts
 // off (docs/sequencer-proof.md).
 constexpr uint16_t kFollowTicks = 250 * kTicksPerUs;
-// Rounds last 0.3 ms and more while the switches move, 1 ms at the most while they do not for so long.
-constexpr uint8_t kMostChatterRounds = 200;
+// No contact chatters on for longer than so many times 2048 ticks, 205 ms.
+constexpr uint8_t kMostChatter = 200;
 // As soon as the interrupt is over.
 constexpr uint16_t kEndWaitTicks = 16 * kTicksPerUs;
 
@@ -50,7 +50,7 @@ uint8_t followed;          // levels of the newest
 uint8_t told;              // levels after the edges that were taken
 uint16_t left_ticks;       // of kFollowTicks
 Sample* seen_in = queue;   // next_in, a round of the main loop before
-uint8_t moved_rounds;      // the switches moved in each of them
+uint8_t still_at;          // when the switches last did not move in a round, in 2048 ticks
 
 inline __attribute__((always_inline)) void step(Sample*& place) {
   if (++place == queue + kQueueSize) place = queue;
@@ -172,7 +172,9 @@ ISR(TIMER1_CAPT_vect) {
   followed = levels;
   next_in = to;
   waiting = static_cast<uint8_t>(kQueueSize - room);
-  if (going_on) {
+  // Of a line that rattles on, each edge may take half the time to the next: one edge alone uses up none of
+  // the time in which it is followed.
+  if (going_on && (left_ticks != 0 || GPIOR1 != 0)) {
     TIMSK1 |= _BV(ICIE1);
     TIMSK3 |= _BV(ICIE3);
   } else {
@@ -219,15 +221,13 @@ bool ReleaseCapture::take_edge(SwitchEdge& edge) {
   return false;
 }
 
-bool ReleaseCapture::chattering() {
-  const bool moved = gave_up() || next_in != seen_in;
+bool ReleaseCapture::chattering(tick_t now) {
+  const uint8_t present = static_cast<uint8_t>(now >> 11);
+  if (!gave_up() && next_in == seen_in) still_at = present;
   seen_in = next_in;
-  if (!moved) {
-    moved_rounds = 0;
-  } else if (moved_rounds < kMostChatterRounds) {
-    ++moved_rounds;
-  }
-  const bool chatter = moved_rounds < kMostChatterRounds;
+  const bool chatter = static_cast<uint8_t>(present - still_at) < kMostChatter;
+  // The byte must not come round to fewer.
+  if (!chatter) still_at = static_cast<uint8_t>(present - kMostChatter);
   GPIOR1 = chatter;
   return chatter;
 }

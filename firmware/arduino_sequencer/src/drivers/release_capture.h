@@ -22,8 +22,8 @@ class ReleaseCapture : public ReleaseSwitches {
   // Contacts chattered for longer than an interrupt may follow: until levels() nothing is captured.
   static bool gave_up();
   // Call once a round of the main loop. True while the switches have moved in each round of late, though
-  // not for so many that no contact chatters on: a line rattles, and a host must come through.
-  static bool chattering();
+  // not for so long that no contact chatters on: a line rattles, and a host must come through.
+  static bool chattering(tick_t now);
 };
 
 }  // namespace sequencer

@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0xF4, 0x6F, 0x1A, 0x59, 0x0C, 0xAE, 0x2E, 0x1B};
+constexpr uint8_t kProtocolHash[8] = {0x2A, 0x01, 0x7C, 0xB6, 0x18, 0x37, 0x96, 0x6B};
 constexpr uint8_t kFirmwareVersion[3] = {0, 2, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -53,6 +53,8 @@ constexpr uint32_t kServoNsPerDegMin = 2000;
 constexpr uint32_t kServoNsPerDegMax = 30000;
 // Factory setting: from pulse to pulse.
 constexpr uint32_t kServoFrameUs = 20000;
+// Factory setting: joints that move at the same time.
+constexpr uint32_t kMovingAtOnce = 1;
 // Fastest frame that a digital servo may be given.
 constexpr uint32_t kServoFrameMinUs = 5000;
 // Slowest frame that holds a servo.
@@ -287,8 +289,8 @@ enum class ErrorCode : uint8_t {
   kTooManyStrokes = 7,  // The maneuver has no stroke, or more than the board can hold.
   kJointUnknown = 8,  // A stroke names a joint that does not exist.
   kAngleOutOfRange = 9,  // A stroke would take a joint outside 0 to 90 deg, or moves nothing.
-  kStrokesOverlap = 10,  // A stroke starts before the one before it has ended.
-  kTooEarly = 11,  // The first stroke starts before the pause is over.
+  kStrokesOverlap = 10,  // A stroke starts before its joint has ended the one before.
+  kTooEarly = 11,  // A stroke starts before the pause is over.
   kTooLong = 12,  // The maneuver would outlast the fall.
   kSpeedOutOfRange = 13,  // The joint speed is outside 10 to 400 deg/s.
   kStoreFailed = 14,  // The EEPROM did not keep what was written.
@@ -308,6 +310,8 @@ enum class ErrorCode : uint8_t {
   kClosedWhileRunning = 28,  // Both release switches closed again after the maneuver had begun.
   kUploadInterrupted = 29,  // An upload of the maneuver or of the servo settings was begun and never completed.
   kStoreOldLayout = 30,  // The stored maneuver or the servo settings were stored by an earlier firmware, in another layout.
+  kStartsTooClose = 31,  // A stroke starts before the one before it, or less than 10 ms after it.
+  kTooManyMoving = 32,  // The stored maneuver moves more joints at once than the servo settings allow.
   kNoCard = 40,  // No SD card answers.
   kCardFull = 41,  // The card has no room for a recording, or holds DROP9999.BIN, the last number.
   kCardWriteFailed = 42,  // The card refused a write.
@@ -2574,19 +2578,22 @@ struct ErrorReply {
 // Checks and stores the servo settings. The host repeats it until `stored` is 1, then reads back.
 struct SettingsWriteRequest {
   static constexpr uint8_t kType = 0x15;
-  static constexpr size_t kSize = 29;
+  static constexpr size_t kSize = 30;
 
   uint16_t frame_us;  // From pulse to pulse.
   ServoSetting servo[3];  // Joints 1 to 3.
+  uint8_t moving_at_once;  // Joints that the supply can move at the same time, 1 to 3.
 
   void write(Writer& out) const {
     out.u16(frame_us);
     for (size_t i = 0; i < 3; ++i) servo[i].write(out);
+    out.u8(moving_at_once);
   }
 
   void read(Reader& in) {
     frame_us = in.u16();
     for (size_t i = 0; i < 3; ++i) servo[i].read(in);
+    moving_at_once = in.u8();
   }
 
   // `out` must hold kSize bytes.
@@ -2664,18 +2671,20 @@ struct SettingsReadRequest {
 // The servo settings in force.
 struct SettingsReadReply {
   static constexpr uint8_t kType = 0x96;
-  static constexpr size_t kSize = 34;
+  static constexpr size_t kSize = 35;
 
   Origin origin;  // Factory or uploaded.
   uint32_t generation;  // Settings that this board has stored.
   uint16_t frame_us;  // From pulse to pulse.
   ServoSetting servo[3];  // Joints 1 to 3.
+  uint8_t moving_at_once;  // Joints that the supply can move at the same time, 1 to 3.
 
   void write(Writer& out) const {
     out.u8(static_cast<uint8_t>(origin));
     out.u32(generation);
     out.u16(frame_us);
     for (size_t i = 0; i < 3; ++i) servo[i].write(out);
+    out.u8(moving_at_once);
   }
 
   void read(Reader& in) {
@@ -2683,6 +2692,7 @@ struct SettingsReadReply {
     generation = in.u32();
     frame_us = in.u16();
     for (size_t i = 0; i < 3; ++i) servo[i].read(in);
+    moving_at_once = in.u8();
   }
 
   // `out` must hold kSize bytes.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Set as AbstractSet
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from tfsat_host.evaluation.checks.momentum_checks import QUIET_RAD_S
 from tfsat_host.evaluation.checks.stated_errors import MAX_HOLE_S
 from tfsat_host.evaluation.clocks import MAX_EDGES, RESONATOR_PPM, stroke_edges
 from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.evaluation.strokes import FlownStroke, at_rest, change_of
+from tfsat_host.evaluation.strokes import ARRIVED_S, FlownStroke, at_rest, change_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
@@ -153,7 +154,9 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
         wrong |= unseen
     sentence = "Stroke line and joints agree with the file."
     if wrong:
-        flown_text = "; ".join(_describe_rises(motion, edges_s))
+        # Of joints that move together no size is told apart by the line's rises alone.
+        rises = "the line rose at " + ", ".join(f"{t_s:.3f}" for t_s in edges_s) + " s"
+        flown_text = rises if _overlap(strokes) else "; ".join(_describe_rises(motion, edges_s))
         filed = "; ".join(
             f"{stroke.scheduled_s:.3f} s joint {stroke.joint} by {np.rad2deg(stroke.commanded_rad):+.2f} deg"
             for stroke in strokes
@@ -182,14 +185,30 @@ def _off_time(log: DropLog, strokes: Sequence[FlownStroke]) -> set[int]:
 def _other_joint(motion: Motion, strokes: Sequence[FlownStroke]) -> set[int]:
     """Numbers of strokes at which another joint moved than the one that was to."""
     begins = [stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s for stroke in strokes]
-    untils = [*begins[1:], float(motion.t_s[-1])]
-    return {
-        stroke.number
-        for stroke, begin_s, until_s in zip(strokes, begins, untils, strict=True)
-        if not stroke.moved
-        and np.isfinite(stroke.size_rad)
-        and _mover(motion, begin_s, until_s, OTHER_JOINT_RAD) not in (0, stroke.joint)
-    }
+    wrong = set()
+    for stroke, begin_s in zip(strokes, begins, strict=True):
+        if stroke.moved or not np.isfinite(stroke.size_rad):
+            continue
+        until_s = min((t_s for t_s in begins if t_s > begin_s), default=float(motion.t_s[-1]))
+        # A joint that does its own stroke meanwhile did not move in this one's place.
+        busy = {other.joint for other in strokes if _moves_within(other, begin_s, until_s)}
+        if _mover(motion, begin_s, until_s, OTHER_JOINT_RAD, busy) not in (0, stroke.joint):
+            wrong.add(stroke.number)
+    return wrong
+
+
+def _moves_within(stroke: FlownStroke, from_s: float, until_s: float) -> bool:
+    """Return whether a stroke was under way between two times for longer than a servo takes to settle."""
+    return stroke.moved and min(stroke.end_s, until_s) - max(stroke.start_s, from_s) > ARRIVED_S
+
+
+def _overlap(strokes: Sequence[FlownStroke]) -> bool:
+    """Return whether two strokes that were flown overlap."""
+    return any(
+        _moves_within(other, stroke.start_s, stroke.end_s)
+        for stroke, other in combinations(strokes, 2)
+        if stroke.moved
+    )
 
 
 def _describe_rises(motion: Motion, edges_s: FloatArray) -> list[str]:
@@ -211,15 +230,24 @@ def _describe_rises(motion: Motion, edges_s: FloatArray) -> list[str]:
     return sentences
 
 
-def _mover(motion: Motion, from_s: float, until_s: float, least_rad: float = MOVED_RAD) -> int:
-    """Find the joint that moved most between two times.
+def _mover(
+    motion: Motion,
+    from_s: float,
+    until_s: float,
+    least_rad: float = MOVED_RAD,
+    busy: AbstractSet[int] = frozenset(),
+) -> int:
+    """Find the joint that moved most between two times, those that are `busy` left out.
 
-    The result counts from 1; 0 means that no joint moved significantly, by more than `least_rad`.
+    Joints count from 1; 0 means that no joint moved significantly, by more than `least_rad`.
     """
     before, after = at_rest(motion.t_s, from_s), at_rest(motion.t_s, until_s)
     if before is None or after is None:
         return 0
-    changes = [change_of(joint, before, after) for joint in motion.joints]
-    size, std = max(changes, key=lambda change: abs(change[0]))
-    moved = abs(size) > max(3.0 * std, least_rad)
-    return 1 + [change[0] for change in changes].index(size) if moved else 0
+    changes = {
+        number: change_of(joint, before, after)
+        for number, joint in enumerate(motion.joints, 1)
+        if number not in busy
+    }
+    joint, (size, std) = max(changes.items(), key=lambda change: abs(change[1][0]), default=(0, (0.0, 0.0)))
+    return joint if abs(size) > max(3.0 * std, least_rad) else 0

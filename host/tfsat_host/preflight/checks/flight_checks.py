@@ -80,9 +80,9 @@ def check_servos(evidence: Evidence) -> PreflightCheck:
     settings = answers.settings.settings
     origin = answers.settings.origin.name.lower()
     # The board's own strokes against its own settings, as ARM judges them: the file does not enter.
-    misfit = find_misfit(answers.maneuver.moves, settings)
+    misfit = find_misfit(answers.maneuver.timed_strokes, settings)
     return judge(
-        [] if misfit is None else [misfit],
+        [] if misfit is None else [misfit.words],
         "Maneuver beyond the servo limits: {}.",
         Advice(
             "Upload a smaller maneuver, or correct the joint's limits with ", NextStep("upload-servos"), "."
