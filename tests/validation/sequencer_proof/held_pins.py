@@ -50,8 +50,9 @@ ON_TIME_US = 50
 REPORT_TOLERANCE_US = 2
 WATCHED_US = 160_000
 """The servos are watched for so long after a reset; all pins are let go in the first half."""
-MARK_US = 60
-"""The stroke line follows a rise within this."""
+MARK_US = 200
+"""The stroke line follows a rise within this: another servo's edge may come first, and while strokes are ahead its
+interrupt takes up to 173 us (paths.csv)."""
 
 
 class Change(NamedTuple):
