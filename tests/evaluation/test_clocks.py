@@ -16,7 +16,7 @@ from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.evaluation.camera import Mark, VideoFileError, read_video_marks
 from tfsat_host.evaluation.clock_fit import Pair, fit_clock
 from tfsat_host.evaluation.clocks import Clocks, align_clocks, match_starts
-from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.maneuver import Maneuver, Stroke, four_stroke, schedule_maneuver
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.release import Release
 
@@ -41,6 +41,28 @@ def test_equal_clocks(tmp_path: Path) -> None:
     assert fit.to_logger_s(PLANNED_S) == pytest.approx(PLANNED_S, abs=2e-6)
     assert clocks.stroke_s == pytest.approx(PLANNED_S)
     assert clocks.notes == () and clocks.video is None
+
+
+def test_strokes_that_begin_together_share_an_edge(tmp_path: Path) -> None:
+    together = schedule_maneuver(
+        Maneuver((Stroke(1, 60, 0.7), Stroke(2, 50, 0.7), Stroke(3, 40, 0.71), Stroke(1, -60, 1.31)))
+    )
+    clocks = align_clocks(log_with(tmp_path / "SD.bin", [0.7, 0.71, 1.31]), together)
+    assert clocks.stroke_s == pytest.approx([0.7, 0.7, 0.71, 1.31])
+    assert clocks.sequencer is not None and not clocks.sequencer.findings
+    # The edge counts once: twice would halve its variance.
+    assert [residual.pair.event for residual in clocks.sequencer.residuals] == [
+        "release",
+        "stroke 1",
+        "stroke 3",
+        "stroke 4",
+    ]
+    lacking = align_clocks(log_with(tmp_path / "SD.bin", [0.71, 1.31]), together).sequencer
+    assert lacking is not None
+    assert [finding for finding in lacking.findings if "not seen" in finding] == [
+        "Stroke 1 was not seen by the logger.",
+        "Stroke 2 was not seen by the logger.",
+    ]
 
 
 @pytest.mark.parametrize("rate", [0.01, -0.01, 0.001])

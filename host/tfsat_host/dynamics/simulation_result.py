@@ -274,7 +274,8 @@ def _late_notices(simulation: Simulation, schedule: Schedule) -> list[str]:
         f"schedule assumes, by {1e3 * max(late_s):.3g} ms at most: the servos of {simulation.robot.path.name} speed up "
         "and slow down no faster."
     ]
-    if simulation.strokes_overlap:
+    # Where strokes overlap by design nothing is cut short.
+    if simulation.strokes_overlap and schedule.moving_at_once == 1:
         messages.append(
             "A stroke starts while another joint is still under way, so the joints cut a corner of the path and the "
             "rotation depends on their speed: it is that of the propagation in time. Give a lower --speed, or "

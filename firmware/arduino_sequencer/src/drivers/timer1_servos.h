@@ -10,8 +10,9 @@
 // until the fall, low again. The interrupts look at the pin at both edges; a pin change interrupt
 // sees whatever moves it between them.
 //
-// D12 goes high for 1 ms when a pulse that may be the first of a stroke rises (an interrupt's
-// latency later, some microseconds): the logger stamps it.
+// D12 goes high for 1 ms when a pulse that may be the first of a stroke rises, some microseconds later,
+// or up to 0.2 ms where another servo's edge came just before: the logger stamps it. Strokes that begin
+// together share the mark.
 #pragma once
 
 #include "../core/ports.h"

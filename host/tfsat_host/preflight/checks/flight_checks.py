@@ -83,10 +83,8 @@ def check_servos(evidence: Evidence) -> PreflightCheck:
     misfit = find_misfit(answers.maneuver.timed_strokes, settings)
     return judge(
         [] if misfit is None else [misfit.words],
-        "Maneuver beyond the servo limits: {}.",
-        Advice(
-            "Upload a smaller maneuver, or correct the joint's limits with ", NextStep("upload-servos"), "."
-        ),
+        "Maneuver beyond the servo settings: {}.",
+        Advice("Upload a maneuver that fits, or correct the settings with ", NextStep("upload-servos"), "."),
         f"Maneuver: within the servo limits ({origin} settings).",
         origin=origin,
         limits_deg=[[servo.min_cdeg / 100, servo.max_cdeg / 100] for servo in settings.servos],
