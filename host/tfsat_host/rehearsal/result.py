@@ -212,8 +212,15 @@ class RehearsalResult:
     @cached_property
     def warnings(self) -> list[str]:
         """Strokes that were not as commanded, by the evaluation, or by the quick look if there is none."""
-        if self.judged.evaluation is not None:
-            sizes = np.rad2deg([stroke.size_rad for stroke in self.judged.evaluation.strokes])
+        commanded_deg = [stroke.angle_deg for stroke in self.schedule.strokes]
+        evaluation = self.judged.evaluation
+        if evaluation is not None:
+            # Strokes that are withheld, the verdict says.
+            sizes = (
+                np.rad2deg([stroke.size_rad for stroke in evaluation.strokes])
+                if evaluation.is_given()
+                else np.array(commanded_deg)
+            )
         elif self.quick_look is not None:
             sizes = self.quick_look.strokes_deg
         else:
@@ -221,7 +228,7 @@ class RehearsalResult:
         return disagreements(
             [stroke.t_s for stroke in self.schedule.strokes],
             self.strokes_s,
-            [stroke.angle_deg for stroke in self.schedule.strokes],
+            commanded_deg,
             [size if isfinite(size) else nan for size in sizes],
         )
 

@@ -17,7 +17,7 @@ from tests.validation.evaluation_proof.errors import errors_of
 from tests.validation.evaluation_proof.hidden import hidden
 from tests.validation.simulation_based_calibration.drops import CHIPS, FILED, maneuver
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.evaluation import evaluate
+from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.result.model_result import worth_of
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.robot import Uncertainty
@@ -150,13 +150,18 @@ def judge_drop(row: Row, seed: int) -> Judged:
     evaluation = evaluate(log, FILED, calibration, drop.schedule)
     errors = errors_of(drop, evaluation)
     return Judged(
-        {name: errors[name] for name, result in PROTECTED.items() if result not in evaluation.withheld},
+        {name: errors[name] for name, result in PROTECTED.items() if _is_given(evaluation, result)},
         tuple(sorted(evaluation.withheld)),
         verdict_of(evaluation).level == "good",
         worth_of(evaluation),
         tuple(check.name for check in evaluation.failed_checks),
         evaluation.widening,
     )
+
+
+def _is_given(evaluation: Evaluation, result: str) -> bool:
+    # Joints' angles and strokes are withheld with any result of the sensors.
+    return evaluation.is_given() if result == "strokes" else evaluation.is_given(result)
 
 
 def _flag_samples(log: DropLog, limit_rad_s: FloatArray) -> DropLog:
