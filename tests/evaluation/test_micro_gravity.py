@@ -71,6 +71,7 @@ def fallen(
         rate_covariance=np.zeros((n, 4, 3, 3)),
         rate_jacobian=np.zeros((n, 4, 3, 12)),
         parameter_covariance=np.zeros((4, 12, 12)),
+        shared=np.zeros((4, 12, 12)),
         specific_force_m_s2=np.clip(force, -16, 16) * G_M_S2,
         specific_force_std_m_s2=np.hypot(OFFSET_STD_G, 0.03 / 3**0.5 * np.clip(force, -16, 16)) * G_M_S2,
         joint_angle_rad=np.zeros((n, 3)),

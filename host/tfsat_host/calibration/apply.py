@@ -49,6 +49,7 @@ class CalibratedSamples:
         rate_covariance: (n, 4, 3, 3) of each sample, parameters and noise, (rad/s)^2.
         rate_jacobian: (n, 4, 3, 12) by bias, rotation vector, scale and skew of each gyro.
         parameter_covariance: (4, 12, 12), at the temperatures of these samples.
+        shared: (4, 12, SHARED) see `GyroCalibration`.
         specific_force_m_s2: (n, 4, 3) at the sensor, body axes.
         specific_force_std_m_s2: (n, 4, 3) by the data sheet, for accelerometers are not calibrated.
         joint_angle_rad: (n, 3) by the absolute sensors.
@@ -61,6 +62,7 @@ class CalibratedSamples:
     rate_covariance: FloatArray
     rate_jacobian: FloatArray
     parameter_covariance: FloatArray
+    shared: FloatArray
     specific_force_m_s2: FloatArray
     specific_force_std_m_s2: FloatArray
     joint_angle_rad: FloatArray
@@ -109,6 +111,7 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
         np.stack(covariances, axis=1),
         np.stack(jacobians, axis=1),
         np.array(parameters),
+        np.array([gyro.shared for gyro in calibration.gyros]),
         np.stack(forces, axis=1),
         np.stack(deviations, axis=1),
         angles,

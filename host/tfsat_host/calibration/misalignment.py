@@ -3,7 +3,7 @@
 Unknown are the rotation M from sensor to body axes and the gyro's symmetric response S, its scale factors and skews; a
 response about the body axis a is S (M^T a). The rotation starts from Wahba's problem (solved by SVD, Markley 1988) and
 is then found together with S by Gauss-Newton steps. What no response determines keeps the uncertainty of the design and
-of the data sheet. The joints' axes lean by what the robot file's `[uncertainty]` says: two of them that a gyro sees
+of the data sheet. The joints' axes are tilted by what the robot file's `[uncertainty]` says: two of them that a gyro sees
 askew are so, or the gyro makes it so, or both.
 """
 
@@ -21,11 +21,12 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.calibration_errors import CalibrationError
-from tfsat_host.calibration.response import Response, across, direction, turn_axis
+from tfsat_host.calibration.response import TILT_STD_RAD, Response, across, direction, turn_axis
 from tfsat_host.calibration.sensors.gyro import (
     MOUNTING,
     MOUNTING_STD_RAD,
     SCALE_STD,
+    SHARED,
     SKEW_STD,
     GyroCalibration,
     by_response,
@@ -33,7 +34,9 @@ from tfsat_host.calibration.sensors.gyro import (
 )
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import AXES, Step
+from tfsat_host.dynamics.multibody import across as directions_across
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.robot import ASSUMED, RobotModel
 
 LANDING_TILT_STD_RAD = np.deg2rad(1.0)
@@ -55,7 +58,7 @@ MAX_TURN_MISALIGNMENT_RAD = np.deg2rad(20.0)
 BENT_RAD = np.deg2rad(0.7)
 """Between two axes: scale factors make 0.2 deg of it, brackets 0.5."""
 ASKEW_STDS = 3.0
-"""Besides, of what two hinges may lean and a chip's axes may be askew: with chips that are anywhere within their data
+"""Besides, of what two hinges may be tilted and a chip's axes may be askew: with chips that are anywhere within their data
 sheet one pair in 20,000 is further apart."""
 MAX_DIFFERENCE_RAD = np.deg2rad(0.5)
 """Between two measurements of the same axis."""
@@ -76,6 +79,7 @@ class Misalignment:
         scale: (3,) reading over truth, sensor axes.
         skew: (3,) see `GyroCalibration`.
         covariance: (9, 9) of a rotation vector in sensor axes (rad), of the scale and of the skew.
+        shared: (9, SHARED) see `GyroCalibration`.
         misfit: Sum of squares of what responses and design leave, each in its standard deviations.
         degrees_of_freedom: Of that sum.
     """
@@ -84,6 +88,7 @@ class Misalignment:
     scale: FloatArray
     skew: FloatArray
     covariance: FloatArray
+    shared: FloatArray
     misfit: float
     degrees_of_freedom: int
 
@@ -92,38 +97,40 @@ def solve_misalignment(
     responses: Sequence[Response],
     nominal: FloatArray,
     hinges: FloatArray = NO_HINGES,
-    lean_std_rad: float = 0.0,
+    tilt_std_rad: float = 0.0,
 ) -> Misalignment:
     """Fit the mounting to responses about any number of axes, with the design as prior.
 
     Args:
         responses: Of one gyro.
         nominal: (3, 3) from sensor to body axes by design, uncertain by `MOUNTING_STD_RAD` about each axis.
-        hinges: (h, 3) axes of joints; all motions about one share the same error, its lean.
-        lean_std_rad: Standard deviation of the lean, about each of two directions across the axis.
+        hinges: (h, 3) axes of the joints, in their order; all motions about one share the same error, its tilt.
+        tilt_std_rad: Standard deviation of such a tilt, about each of two directions across the axis.
     """
     # Start from the closed-form attitude; one axis alone leaves the turn about it to the design.
     rotation = wahba(responses) if spans_two_axes(responses) else nominal
     response = np.concatenate([np.ones(3), np.zeros(3)])
-    leans = np.zeros((len(hinges), 2))
-    prior = _Prior(nominal, hinges, lean_std_rad)
+    tilts = np.zeros((SHARED // 2, 2))
+    prior = _Prior(nominal, hinges, tilt_std_rad)
     for _ in range(_STEPS):
-        normal, right, _ = _linearize(responses, rotation, response, leans, prior)
+        normal, right, _ = _linearize(responses, rotation, response, tilts, prior)
         # The priors keep the normal matrix regular, whatever the responses leave undetermined.
         step = np.linalg.solve(normal, right)
         # Compose on the right: the error vector lives in sensor axes, as the covariance does.
         rotation = rotation @ Rotation.from_rotvec(step[:3]).as_matrix()
         response = response + step[3:9]
-        leans = leans + step[9:].reshape(leans.shape)
+        tilts = tilts + step[9:].reshape(tilts.shape)
         if np.abs(step).max() < _CONVERGED:
             break
     # Linearize once more, so that covariance and misfit belong to the final parameters.
-    normal, _, misfit = _linearize(responses, rotation, response, leans, prior)
+    normal, _, misfit = _linearize(responses, rotation, response, tilts, prior)
     # Every prior row pays for the parameter that it constrains; a direction has two components across it.
     freedom = sum(3 if response.has_length else 2 for response in responses)
-    # Cut the leans out only after inverting: the marginal covariance includes what they leave open.
-    covariance = np.asarray(np.linalg.inv(normal)[:9, :9])
-    return Misalignment(rotation, response[:3], response[3:], covariance, misfit, freedom)
+    # Cut the tilts out only after inverting: the marginal covariance includes what they leave open.
+    covariance = np.asarray(np.linalg.inv(normal))
+    # For x - x0 of variance P0 the error of a fit with that prior is its posterior covariance with x, over P0.
+    shared = covariance[:9, 9:] / prior.tilt_std
+    return Misalignment(rotation, response[:3], response[3:], covariance[:9, :9], shared, misfit, freedom)
 
 
 def spans_two_axes(responses: Sequence[Response]) -> bool:
@@ -149,56 +156,54 @@ class _Prior(NamedTuple):
 
     nominal: FloatArray
     hinges: FloatArray
-    lean_std_rad: float
+    hinge_tilt_std_rad: float
 
-    def find_hinge(self, axis: FloatArray) -> tuple[int, FloatArray] | None:
-        """Find the hinge of a motion and the Jacobian (3, 2) of its axis by the hinge's two leans.
+    @property
+    def tilt_std(self) -> FloatArray:
+        """(SHARED,) standard deviations of the tilts, rad."""
+        # Without a tilt any positive deviation does: no response depends on it, so it stays at zero.
+        return np.repeat([self.hinge_tilt_std_rad or 1.0, TILT_STD_RAD], SHARED // 2)
 
-        None: the motion was about none of them.
+    def tilted_axis(self, response: Response) -> tuple[int, FloatArray] | None:
+        """Return which pair of tilts displaces a motion's axis, and the Jacobian (3, 2) of the axis by the two.
+
+        None: the axis is exact.
         """
-        along = self.hinges @ axis
-        if self.lean_std_rad == 0.0 or not np.abs(along).max(initial=0.0) > _ALONG:
+        tilted_by = response.tilted_by
+        by_joint = tilted_by is not None and tilted_by < JOINT_COUNT
+        if tilted_by is None or (by_joint and self.hinge_tilt_std_rad == 0.0):
             return None
-        hinge = int(np.abs(along).argmax())
-        # The two singular vectors across the hinge are the directions in which it leans.
-        return hinge, np.linalg.svd(self.hinges[hinge][None])[2][1:].T * np.sign(along[hinge])
+        # A turn by hand is about a body axis itself.
+        axis = self.hinges[tilted_by] if by_joint else np.abs(response.axis_body)
+        sense = np.sign(axis @ response.axis_body)
+        return tilted_by, sense * np.cross(directions_across(axis), axis).T
 
 
 def _linearize(
     responses: Sequence[Response],
     rotation: FloatArray,
     scale_skew: FloatArray,
-    leans: FloatArray,
+    tilts: FloatArray,
     prior: _Prior,
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Normal matrix (9 + 2 h, 9 + 2 h), right side and misfit about rotation, scale and skew (6,), leans (h, 2)."""
+    """Normal matrix (9 + SHARED, square), right side and misfit about rotation, scale and skew (6,), tilts (., 2)."""
     # Rotation vector from the present mounting to the design: the prior's residual, in sensor axes.
     off = Rotation.from_matrix(rotation.T @ prior.nominal).as_rotvec()
-    # Without a lean any positive deviation does: no response depends on it, so it stays at zero.
-    std = np.concatenate(
-        [
-            np.repeat([MOUNTING_STD_RAD, SCALE_STD, SKEW_STD], 3),
-            np.full(leans.size, prior.lean_std_rad or 1.0),
-        ]
-    )
-    left_of_prior = np.concatenate([off, 1.0 - scale_skew[:3], -scale_skew[3:], -leans.ravel()]) / std
+    std = np.concatenate([np.repeat([MOUNTING_STD_RAD, SCALE_STD, SKEW_STD], 3), prior.tilt_std])
+    left_of_prior = np.concatenate([off, 1.0 - scale_skew[:3], -scale_skew[3:], -tilts.ravel()]) / std
     gain = response_matrix(scale_skew[:3], scale_skew[3:])
     normal, right = np.diag(1.0 / std**2), left_of_prior / std
     misfit = float(left_of_prior @ left_of_prior)
     for response in responses:
-        # All motions about one hinge share its lean, so that repeating them does not average it out.
-        hinge_lean = prior.find_hinge(response.axis_body)
-        axis = (
-            response.axis_body
-            if hinge_lean is None
-            else response.axis_body + hinge_lean[1] @ leans[hinge_lean[0]]
-        )
+        # All motions about one hinge share its tilt, so that repeating them does not average it out.
+        tilted = prior.tilted_axis(response)
+        axis = response.axis_body if tilted is None else response.axis_body + tilted[1] @ tilts[tilted[0]]
         axis = rotation.T @ axis
         # M exp(d): the axis is then at axis + axis x d.
         jacobian = np.zeros((3, len(std)))
         jacobian[:, :9] = np.hstack([gain @ np.cross(np.eye(3), axis), by_response(axis)])
-        if hinge_lean is not None:
-            jacobian[:, 9 + 2 * hinge_lean[0] : 11 + 2 * hinge_lean[0]] = gain @ rotation.T @ hinge_lean[1]
+        if tilted is not None:
+            jacobian[:, 9 + 2 * tilted[0] : 11 + 2 * tilted[0]] = gain @ rotation.T @ tilted[1]
         expected = gain @ axis
         # Only a direction was measured: normalize the model, and project its derivative likewise.
         if not response.has_length:
@@ -223,17 +228,15 @@ def with_misalignment(
     """
     nominal = model.imus[gyro.body - 1].sensor_to_body
     weighed = _weigh_by_age(responses)
-    # Parallel joints make one hinge with a common lean; rounding makes equal axes compare equal.
-    hinges = np.unique(np.abs(np.round(model.joint_axis, 9)), axis=0)
-    lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
-    mounting_fit = solve_misalignment(weighed, nominal, hinges, lean_std_rad)
+    tilt_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
+    mounting_fit = solve_misalignment(weighed, nominal, model.joint_axis, tilt_std_rad)
     # Birge ratio: excess misfit widens all responses alike; a small misfit never narrows them.
     ratio = mounting_fit.misfit / max(1, mounting_fit.degrees_of_freedom)
     if ratio > 1.0:
         weighed = [replace(response, covariance=ratio * response.covariance) for response in weighed]
-        mounting_fit = solve_misalignment(weighed, nominal, hinges, lean_std_rad)
-    covariance = gyro.covariance.copy()
-    covariance[3:, 3:] = mounting_fit.covariance
+        mounting_fit = solve_misalignment(weighed, nominal, model.joint_axis, tilt_std_rad)
+    covariance, shared = gyro.covariance.copy(), np.zeros_like(gyro.shared)
+    covariance[3:, 3:], shared[3:] = mounting_fit.covariance, mounting_fit.shared
     # All directions date from before the last landing, which may have turned the sensor since.
     if responses and not any(response.fresh for response in responses):
         covariance[MOUNTING, MOUNTING] += LANDING_TILT_STD_RAD**2 * np.eye(3)
@@ -243,6 +246,7 @@ def with_misalignment(
         scale=mounting_fit.scale,
         skew=mounting_fit.skew,
         covariance=covariance,
+        shared=shared,
     )
     # A direction's age is what a landing ends; the newest response about an axis decides.
     axes: dict[str, datetime] = {}
@@ -425,9 +429,9 @@ def _right_angles() -> tuple[FloatArray, ...]:
 
 
 def _check_angles_between(body: int, responses: Sequence[Response], model: RobotModel) -> None:
-    lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
-    # Two hinges lean independently, so their angle scatters by sqrt(2) times one's lean; a skew tilts both responses.
-    most_skew_rad = BENT_RAD + ASKEW_STDS * np.hypot(2.0**0.5 * lean_std_rad, 2.0 * SKEW_STD)
+    tilt_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
+    # Two hinges are tilted independently, so their angle scatters by sqrt(2) times one's tilt; a skew displaces both.
+    most_skew_rad = BENT_RAD + ASKEW_STDS * np.hypot(2.0**0.5 * tilt_std_rad, 2.0 * SKEW_STD)
     for first, second in combinations(responses, 2):
         measured = angle_between(first.reading, second.reading)
         on_robot = angle_between(first.axis_body, second.axis_body)

@@ -22,9 +22,11 @@ from tfsat_host.calibration.statistics import student_t_factor
 from tfsat_host.calibration.steps.sensor_samples import TURN_SHARE, SensorSamples, find_rests
 from tfsat_host.calibration.steps.step import AXES, Step
 from tfsat_host.calibration.steps.step_motion import Motion
+from tfsat_host.protocol.limits import JOINT_COUNT
 
 TILT_STD_RAD = np.deg2rad(0.2)
-"""How far a body's axis may be from the one about which it is turned on a table, about each of two axes."""
+"""How far a body's axis may be from the one about which it is turned on a table, about each of two axes: the same for
+all gyros (`misalignment`)."""
 PLACING_STD_RAD = np.deg2rad(0.1)
 """How straight a person lays an edge of 100 mm on: to 0.2 mm."""
 ANGLE_TOLERANCE = 0.1
@@ -46,6 +48,8 @@ class Response:
         reading: (3,) in sensor axes; of length 1 where the length was not measured.
         covariance: (3, 3) of the reading; without `has_length` across it alone.
         has_length: Whether the length is measured, too.
+        tilted_by: Which pair of the numbers in `gyro.SHARED` tilts the axis: 0 to 2 a joint's, 3 to 5 a turn's; None:
+            none.
         recorded_at: When it was recorded.
         fresh: It was recorded after the last landing.
     """
@@ -54,6 +58,7 @@ class Response:
     reading: FloatArray
     covariance: FloatArray
     has_length: bool
+    tilted_by: int | None = None
     recorded_at: datetime = _NEVER
     fresh: bool = True
 
@@ -185,7 +190,9 @@ def axis_response(motion: Motion, body: int) -> Response:
     )
     # A direction has no variance along itself.
     project = across(response.reading)
-    return Response(response.axis_body, response.reading, project @ covariance @ project, False)
+    return replace(
+        response, covariance=project @ covariance @ project, tilted_by=motion.step.moving_joint - 1
+    )
 
 
 def turn_response(recording: SensorSamples, step: Step, gyro: GyroCalibration) -> Response:
@@ -212,9 +219,9 @@ def turn_response(recording: SensorSamples, step: Step, gyro: GyroCalibration) -
     angles = np.deg2rad(step.angle_deg) * (np.arange(len(rests)) % 2)
     _check_angles(rest_means(cumulative_trapezoid(along, recording.t_s, initial=0), rests), angles, step)
     length, std = length_between_rests(recording.t_s, along, rests, angles, PLACING_STD_RAD)
-    # The table's axis is not quite the body's: it tilts the direction; the length sees second order.
-    tilted = response.covariance + TILT_STD_RAD**2 * across(response.reading)
-    return with_length(Response(axis, response.reading, tilted, False), length, std)
+    # The table's axis is not quite the body's, for all gyros alike; the length sees second order.
+    tilted_by = JOINT_COUNT + int(np.argmax(np.abs(axis)))
+    return with_length(replace(response, tilted_by=tilted_by), length, std)
 
 
 def turn_axis(step: Step) -> FloatArray:

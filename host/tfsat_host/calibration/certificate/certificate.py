@@ -125,6 +125,7 @@ class Calibration:
         square = factor**2
         return replace(
             self,
+            # What gyros have in common stays tied to the axes, which are no worse.
             gyros=tuple(replace(gyro, covariance=square * gyro.covariance) for gyro in self.gyros),
             joints=tuple(
                 replace(

@@ -28,6 +28,7 @@ from tfsat_host.calibration.sensors.gyro import (
     MOUNTING,
     PARAMETERS,
     SCALE,
+    SHARED,
     SKEW,
     SKEW_STD,
     GyroCalibration,
@@ -86,6 +87,13 @@ _GYRO = {
         "value": numbers("covariance", PARAMETERS, PARAMETERS, si=np.outer(_BODY_UNITS, _BODY_UNITS)),
         "order": ["bias x y z", "rotation vector x y z", "scale x y z", "skew yz zx xy"],
         "unit": ["deg/s", "deg", "1", "1"],
+        "frame": "sensor",
+    },
+    "shared?": {
+        "value": numbers("shared", 9, SHARED, si=_BODY_UNITS[3:, None]),
+        "order": ["rotation vector x y z", "scale x y z", "skew yz zx xy"],
+        "by": ["tilts of joint 1", "of joint 2", "of joint 3", "of turns about x", "about y", "about z"],
+        "unit": ["deg", "1", "1"],
         "frame": "sensor",
     },
 }
@@ -191,13 +199,18 @@ def read_gyro(entry: Table) -> GyroCalibration:
     values["noise_rad_s"] = _noise(entry, values["noise_rad_s"], 3)
     values["temperature_c"] = np.nan if values["temperature_c"] is None else values["temperature_c"]
     values |= {name: values[name] or {} for name in ("axes", "scaled")}
+    # Where nothing is said the gyros were calibrated independently.
+    by_shared, values["shared"] = values["shared"], np.zeros((PARAMETERS, SHARED))
+    if by_shared is not None:
+        values["shared"][MOUNTING.start :] = by_shared
     return GyroCalibration(**values)
 
 
 def gyro_table(gyro: GyroCalibration) -> dict[str, Any]:
     """Build the `[[gyro]]` table that `read_gyro` reads."""
     stds = {f"{name}_std": std for name, std in _stds_of_gyro(gyro.covariance).items()}
-    return written_values(_GYRO, _attributes(gyro) | stds)
+    shared = gyro.shared[MOUNTING.start :] if gyro.shared.any() else None
+    return written_values(_GYRO, _attributes(gyro) | stds | {"shared": shared})
 
 
 def read_joint(entry: Table) -> JointSensors:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cached_property
 
@@ -25,6 +25,9 @@ BIAS, MOUNTING, SCALE, SKEW = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12
 RESPONSE = slice(6, 12)
 """Scale factors and skews together."""
 PARAMETERS = 12
+SHARED = 12
+"""Numbers that the calibrations of several gyros rest on: tilts of the three joints' axes, about each of the two
+directions across it, then of the three body axes about which the whole robot is turned by hand."""
 _ACROSS = ((1, 2), (2, 0), (0, 1))
 """Of each skew the two axes: y and z, z and x, x and y."""
 
@@ -47,6 +50,8 @@ class GyroCalibration:
         axes: Body axis to when its direction was measured last, such as {"x": ..., "y": ...}.
         scaled: Body axis to when the length about it was measured, where the scale factor is known to 0.5 %.
         bias_recorded_at: None where none rested: it is by design.
+        shared: (12, SHARED) what the truth is apart from these values where each of those numbers is one standard
+            deviation off: `shared` times its transpose is part of the covariance, and between two gyros all of it.
     """
 
     body: int
@@ -60,6 +65,7 @@ class GyroCalibration:
     axes: Mapping[str, datetime]
     scaled: Mapping[str, datetime]
     bias_recorded_at: datetime | None
+    shared: FloatArray = field(default_factory=lambda: np.zeros((PARAMETERS, SHARED)))
 
     @cached_property
     def response(self) -> FloatArray:

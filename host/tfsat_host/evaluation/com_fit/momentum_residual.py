@@ -142,7 +142,7 @@ def flown_of(motion: Motion, errors: FloatArray | None = None) -> FallSamples:
         errors,
         _by_unit_errors(jacobians.rates[fall], root),
         _by_unit_errors(jacobians.angles[fall], root),
-        jacobians.in_own_units @ root,
+        prior.own_units @ root,
         prior.tilt_of(solved.errors),
         (prior.tilt[:, None] * root[prior.tilts]).reshape(-1, 2, len(root)),
         holes.variance_between(np.full_like(t, t[0]), t),

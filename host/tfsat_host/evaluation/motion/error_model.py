@@ -1,9 +1,10 @@
 """Lasting errors of the sensors as one vector, its prior, and the Jacobians of rates and joint angles by it.
 
-In it are the gyros' biases, mountings and scale factors, two moments of their lag, how much slower than the others the
-low-pass of each is and how much later its readings are, the tilts of the joints' axes, the joints' initial angles, and
-the random walks of their integrated rates, each in standard deviations of its prior, so that all are independent and of
-variance one. A gyro's error is in every rate, joint angle and attitude; as one vector it is counted once.
+In it are the gyros' biases, mountings, scale factors and skews, two moments of their lag, how much slower than the
+others the low-pass of each is and how much later its readings are, the tilts of the joints' axes, the joints' initial
+angles, and the random walks of their integrated rates, each in standard deviations of its prior, so that all are
+independent and of variance one. A gyro's error is in every rate, joint angle and attitude; as one vector it is counted
+once. An axis that is tilted was so when the gyros were calibrated by it: its tilt is in their mountings, too.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.motion.gyro_signal import READ_APART_STD_S, Lag, derivative
 from tfsat_host.evaluation.motion.rate_fusion import FusedRates
 from tfsat_host.evaluation.motion.samples import Holes, Samples, turned_from
+from tfsat_host.protocol.limits import JOINT_COUNT
 
 OSCILLATOR = 0.01
 """Each chip's own is within 1 %, and with it its low-pass (PS-MPU-6000A rev. 3.4, clock from the gyros)."""
@@ -32,7 +34,6 @@ class ErrorJacobians:
     """By r independent errors of variance one, at n samples.
 
     Attributes:
-        gyro_root: (48, 48) the gyros' parameters by the first 48 of them: bias, rotation vector, scale, skew of each.
         gyros: (n, 4, 3, r) each gyro's rate, its lag taken off; 0 where it did not answer.
         rates: (n, 6, r) base and joint rates from all gyros.
         bodies: (n, 4, 3, r) the bodies' rates that follow.
@@ -40,19 +41,11 @@ class ErrorJacobians:
         covariance: (r, r) of the errors after the fusion.
     """
 
-    gyro_root: FloatArray
     gyros: FloatArray
     rates: FloatArray
     bodies: FloatArray
     angles: FloatArray
     covariance: FloatArray
-
-    @property
-    def in_own_units(self) -> FloatArray:
-        """(r, r) the errors in physical units, as far as they are parameters of gyros."""
-        units = np.eye(len(self.covariance))
-        units[: len(self.gyro_root), : len(self.gyro_root)] = self.gyro_root
-        return units
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +53,9 @@ class Prior:
     """Standard deviations before the fusion, and where each error stands in the vector.
 
     Attributes:
-        gyro_root: (48, 48) of the covariance of the gyros' parameters.
+        gyro_root: (48, 48) of the covariance of the gyros' parameters, but for what the tilts do.
+        gyros_by_tilts: (48, 6) what the gyros' parameters are off by tilts of one standard deviation: they were
+            calibrated by the same axes.
         lag: (2,) standard deviations of the delay and of its second moment.
         apart: (4, 2, 6) what the gyros' differences add to the delay and to the second moment of each, in sum nothing:
             three errors by slower low-passes, three by later readings.
@@ -70,6 +65,7 @@ class Prior:
     """
 
     gyro_root: FloatArray
+    gyros_by_tilts: FloatArray
     lag: FloatArray
     apart: FloatArray
     tilt: FloatArray
@@ -81,17 +77,17 @@ class Prior:
         cls, samples: Samples, lag: Lag, axis_std_rad: float, start: FloatArray, walks: Sequence[RandomWalk]
     ) -> Prior:
         """Build the prior of one drop; `lag` is the data sheet's, `axis_std_rad` the robot file's."""
-        roots = [root_of(covariance) for covariance in samples.parameter_covariance]
+        gyros_by_tilts, root = _shared_errors(samples, exact=axis_std_rad == 0.0)
         # The second moment is between one pole's (0) and a pure delay's (d^2 / 2): d^2 / 4 either way.
         moments = np.array([lag.delay_std_s, 0.25 * lag.delay_s**2])
         tilt = np.full(2 * len(start), axis_std_rad)
         # An orthonormal basis of differences that sum to zero, (4, 1, 3): what is common is in the moments.
-        differ = null_space(np.ones((1, len(roots))))[:, None]
+        differ = null_space(np.ones((1, len(samples.shared))))[:, None]
         # A slow clock stretches the response: the second moment by twice as much as the delay.
         low_pass = OSCILLATOR * np.array([[lag.delay_s], [2.0 * lag.second_s2]])
         late = np.array([[READ_APART_STD_S], [0.0]])
         apart = np.concatenate([low_pass * differ, late * differ], axis=2)
-        return cls(np.asarray(block_diag(*roots)), moments, apart, tilt, start, tuple(walks))
+        return cls(root, gyros_by_tilts, moments, apart, tilt, start, tuple(walks))
 
     @property
     def gyro(self) -> slice:
@@ -139,7 +135,15 @@ class Prior:
 
     def parameters_of(self, errors: FloatArray) -> FloatArray:
         """(4, 12) what each gyro's parameters are off with errors (r,)."""
-        return np.asarray((self.gyro_root @ errors[self.gyro]).reshape(-1, PARAMETERS))
+        off = self.gyro_root @ errors[self.gyro] + self.gyros_by_tilts @ errors[self.tilts]
+        return np.asarray(off.reshape(-1, PARAMETERS))
+
+    @property
+    def own_units(self) -> FloatArray:
+        """(r, r) the errors in physical units, as far as they are parameters of gyros."""
+        units = np.eye(len(self))
+        units[self.gyro, self.gyro], units[self.gyro, self.tilts] = self.gyro_root, self.gyros_by_tilts
+        return units
 
     def lag_of(self, sheet: Lag, errors: FloatArray) -> Lag:
         """Return the data sheet's lag corrected by the errors (r,)."""
@@ -153,25 +157,39 @@ class Prior:
         return np.asarray(starts + np.column_stack(walked))
 
 
+def _shared_errors(samples: Samples, *, exact: bool) -> tuple[FloatArray, FloatArray]:
+    """(48, 6) the gyros' parameters by the joints' tilts, and (48, 48) root of the covariance of the rest.
+
+    Args:
+        samples: Of the drop.
+        exact: The joints' axes are taken as exact; what they did to the calibration is then an error like any other.
+    """
+    shared = samples.shared.reshape(-1, samples.shared.shape[-1])
+    own = samples.parameter_covariance - samples.shared @ samples.shared.swapaxes(1, 2)
+    joints = 0 if exact else 2 * JOINT_COUNT
+    covariance = block_diag(*own) + shared[:, joints:] @ shared[:, joints:].T
+    by_tilts = np.zeros((len(shared), 2 * JOINT_COUNT))
+    by_tilts[:, :joints] = shared[:, :joints]
+    return by_tilts, root_of(covariance)
+
+
 def gyro_errors(
-    prior: Prior, t_s: FloatArray, lag: Lag, gyro_rates: FloatArray, by_parameters: FloatArray
+    prior: Prior, t_s: FloatArray, gyro_rates: FloatArray, by_parameters: FloatArray
 ) -> FloatArray:
     """(n, 4, 3, r) each gyro's rate, its lag taken off, by the errors.
 
     Args:
         prior: Of the errors.
         t_s: (n,).
-        lag: As taken off.
         gyro_rates: (n, 4, 3) what the gyros show, body axes.
-        by_parameters: (n, 4, 3, 12) that by each gyro's parameters.
+        by_parameters: (n, 4, 3, 12) the same without its lag by each gyro's parameters.
     """
     n, bodies = gyro_rates.shape[:2]
     errors = np.zeros((n, bodies, 3, len(prior)))
-    # An error in proportion to the rate lags as the rate does.
-    by_own = lag.remove(t_s, by_parameters)
     for body in range(bodies):
         own = slice(PARAMETERS * body, PARAMETERS * (body + 1))
-        errors[:, body, :, own] = by_own[:, body] @ prior.gyro_root[own, own]
+        errors[:, body, :, prior.gyro] = by_parameters[:, body] @ prior.gyro_root[own]
+        errors[:, body, :, prior.tilts] = by_parameters[:, body] @ prior.gyros_by_tilts[own]
     first = derivative(t_s, gyro_rates)
     # Columns by the lag's moments: first and second derivative of what the gyro shows.
     moments = np.stack([first, derivative(t_s, first)], axis=-1)
@@ -224,7 +242,7 @@ def error_jacobians(
     by_both = np.concatenate([fused.gyro_map, bodies_by_angles], axis=-1).reshape(n, -1, 6 + len(prior.start))
     bodies = (by_both @ np.concatenate([direct, angles], axis=1)).reshape(gyros.shape)
     bodies[..., prior.tilts] += by_tilts * prior.tilt
-    return ErrorJacobians(prior.gyro_root, gyros, rates, bodies, angles, covariance)
+    return ErrorJacobians(gyros, rates, bodies, angles, covariance)
 
 
 def carry_angles(t_s: FloatArray, own: FloatArray, by_angles: FloatArray) -> FloatArray:

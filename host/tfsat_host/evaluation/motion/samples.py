@@ -93,6 +93,7 @@ class Samples:
         parameter_covariance: (4, 12, 12) of those in the fall.
         hanging_covariance: (4, 12, 12) of those while the robot hangs, where a bias holds what its weight makes a gyro
             show, as it did when it was taken.
+        shared: (4, 12, SHARED) see `GyroCalibration`.
         sensor_angle_rad: (n, 6) what the angle sensors show.
         answered: (n, 4) the gyro answered and was not clipped.
         rate_hz: Sampling rate as commanded.
@@ -104,6 +105,7 @@ class Samples:
     rate_jacobian: FloatArray
     parameter_covariance: FloatArray
     hanging_covariance: FloatArray
+    shared: FloatArray
     sensor_angle_rad: FloatArray
     answered: BoolArray
     rate_hz: float
@@ -166,6 +168,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
         calibrated.rate_jacobian[sample_rows],
         weightless(calibrated.parameter_covariance),
         calibrated.parameter_covariance,
+        calibrated.shared,
         sensor_angles_rad[sample_rows],
         answered[sample_rows],
         float(log.header.rate_hz or SAMPLE_RATE_HZ),

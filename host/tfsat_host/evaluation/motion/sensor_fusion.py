@@ -31,6 +31,7 @@ from tfsat_host.evaluation.motion.gyro_signal import (
     Lag,
     sample_covariance,
     sheet_lag,
+    smooth_rates,
 )
 from tfsat_host.evaluation.motion.joints import (
     END_SHARE,
@@ -196,18 +197,14 @@ class SensorFusion:
 
     def _certificate_prior(self, solution: FusionSolution) -> Squares:
         """Compute the chi-square of all that the certificate states, except biases."""
-        root, own = self.prior.gyro_root, self.prior.gyro
-        before, after = root @ root.T, root @ solution.jacobians.covariance[own, own] @ root.T
-        parts = [solution.sensors]
-        for body, off in enumerate(self.prior.parameters_of(solution.errors)):
-            # Biases are left out: weight and warmth change them, which the certificate does not state.
-            mounting_and_scale = slice(PARAMETERS * body + 3, PARAMETERS * (body + 1))
-            stated, posterior = (
-                covariance[mounting_and_scale, mounting_and_scale] for covariance in (before, after)
-            )
-            parts.append(Squares.of(off[3:], np.asarray(np.linalg.pinv(stated), dtype=np.float64), posterior))
-        # The errors of different sensors are independent: their squares add up.
-        return Squares(*map(sum, zip(*parts, strict=True)))
+        # Biases are left out: weight and warmth change them, which the certificate does not state.
+        kept = np.arange(len(self.prior.gyro_root)).reshape(-1, PARAMETERS)[:, MOUNTING.start :].ravel()
+        by_errors = self.prior.own_units[kept]
+        off = self.prior.parameters_of(solution.errors).ravel()[kept]
+        stated, posterior = by_errors @ by_errors.T, by_errors @ solution.jacobians.covariance @ by_errors.T
+        of_gyros = Squares.of(off, np.asarray(np.linalg.pinv(stated), dtype=np.float64), posterior)
+        # The errors of gyros and angle sensors are independent: their squares add up.
+        return Squares(*map(sum, zip(solution.sensors, of_gyros, strict=True)))
 
     def without(self, solved: FusionSolution, errors: FloatArray) -> FusionSolution:
         """Return the solution with further lasting errors (r,) subtracted."""
@@ -295,8 +292,12 @@ class SensorFusion:
         return _Step(body, gyros, lag, measured_rates, rates, fused, angles, self.start_rad + turned)
 
     def _columns(self, here: _Step, covariance: FloatArray) -> ErrorJacobians:
-        by_parameters = self.readings.by_parameters(here.gyros)
-        gyros = gyro_errors(self.prior, self.samples.t_s, here.lag, here.shown, by_parameters)
+        # Of the fused rates, smoothed as for the tilts: a turn of all mountings and all axes together shows nothing.
+        rates = smooth_rates(here.fused.body_rates())
+        by_parameters = np.stack(
+            [g.jacobian(g.readings(rates[:, b]) + g.bias_rad_s) for b, g in enumerate(here.gyros)], axis=1
+        )
+        gyros = gyro_errors(self.prior, self.samples.t_s, here.shown, by_parameters)
         by_angles = rates_by_angles(here.body, here.fused_over, here.fused, self.noise)
         by_tilts = bodies_by_tilts(here.body, here.fused_over, here.fused)
         return error_jacobians(
