@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.sensors.gyro import BIAS, SCALE, GyroCalibration
+from tfsat_host.calibration.sensors.gyro import BIAS, SCALE, SHARED, GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
+from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
@@ -128,6 +130,25 @@ def weightless(parameter_covariance: FloatArray) -> FloatArray:
     # The strokes are faster than the motions of the calibration.
     fallen[..., SCALE, SCALE] += BENT_STD**2 * np.eye(3)
     return fallen
+
+
+def split_shared(
+    parameter_covariance: FloatArray, shared: FloatArray, *, exact_axes: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """(48, 6) what all gyros' parameters are off by the joints' tilts, and (48, 48) the covariance of the rest.
+
+    Args:
+        parameter_covariance: (4, 12, 12) of each gyro.
+        shared: (4, 12, SHARED) see `GyroCalibration`.
+        exact_axes: The joints' axes are taken as exact: what they did to the calibration is an error like any other.
+    """
+    own = parameter_covariance - shared @ shared.swapaxes(1, 2)
+    all_shared, joints = shared.reshape(-1, SHARED), 2 * JOINT_COUNT
+    by_tilts, by_others = np.split(all_shared, [joints], axis=1)
+    covariance = block_diag(*own) + by_others @ by_others.T
+    if exact_axes:
+        return np.zeros_like(by_tilts), covariance + by_tilts @ by_tilts.T
+    return by_tilts, covariance
 
 
 def _in_use(gyro: GyroCalibration, temperature_c: FloatArray) -> FloatArray:

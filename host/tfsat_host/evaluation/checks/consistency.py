@@ -204,6 +204,11 @@ class Consistency:
         # Linear in the tilts from those that were found on: as if the axes were as filed.
         return out - self.tilt_jacobian @ self.tilt_rad.ravel() if self.tilt_rad.any() else out
 
+    @property
+    def shared(self) -> FloatArray:
+        """(4, 12, SHARED) see `GyroCalibration`."""
+        return np.array([gyro.shared for gyro in self.calibration.gyros])
+
     @cached_property
     def tilt_jacobian(self) -> FloatArray:
         """(size, 6) the residual by tilts of the joints' axes, about the two directions across each."""

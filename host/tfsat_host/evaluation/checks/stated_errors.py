@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.calibration.apply import split_shared
 from tfsat_host.calibration.sensors.gyro import MOUNTING, PARAMETERS
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
@@ -101,11 +102,13 @@ class ByGyros(NamedTuple):
         # second moment's range is taken off, see `motion/gyro_signal.py`; the higher ones count whole.
         d = sheet_lag(data.low_pass).delay_s
         moment_std = np.array([DELAY_STD_S, d**2 / 4.0, d**3 / (6.0 * 2.0**0.5), d**4 / (24.0 * 2.0**0.5)])
-        roots = [root_of(c + np.diag(floor**2)) for c in data.parameter_covariance]
+        # What the gyros have in common by the joints' axes is in the columns of the tilts.
+        _, covariance = split_shared(data.parameter_covariance, data.shared)
+        root = root_of(covariance + np.diag(np.tile(floor**2, data.bodies)))
         changes = [root_of(c) for c in data.fall_covariance]
         return np.concatenate(
             [
-                *(self.parameters[:, b] @ root for b, root in enumerate(roots)),
+                self.parameters.reshape(len(self.parameters), -1) @ root,
                 *(self.in_fall[:, b] @ root for b, root in enumerate(changes)),
                 # The reading time of each gyro, then the moments that all have in common.
                 self.delay * READ_APART_STD_S,
@@ -131,7 +134,7 @@ def stated_errors(data: Consistency) -> StatedErrors:
             starts * _START_STD_RAD,
             sensors,
             fallback,
-            data.tilt_jacobian * axis_std_rad(data),
+            data.tilt_jacobian * axis_std_rad(data) + by_calibrated_axes(data, jacobian),
         ],
         axis=1,
     )
@@ -139,6 +142,17 @@ def stated_errors(data: Consistency) -> StatedErrors:
     return StatedErrors(
         known_rows, sensed, design @ design.T + noise, by_gyros, sensors, fallback, starts, noise
     )
+
+
+def by_calibrated_axes(data: Consistency, by_parameters: FloatArray) -> FloatArray:
+    """(size, 6) by what tilts of one standard deviation did to the gyros, which were calibrated by these axes.
+
+    Args:
+        data: The sensors.
+        by_parameters: (size, 4, 12) by those of each gyro.
+    """
+    gyros_by_tilts, _ = split_shared(data.parameter_covariance, data.shared)
+    return np.asarray(by_parameters.reshape(len(by_parameters), -1) @ gyros_by_tilts)
 
 
 def axis_std_rad(data: Consistency) -> float:

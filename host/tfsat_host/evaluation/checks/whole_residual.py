@@ -20,6 +20,7 @@ from tfsat_host.evaluation.checks.stated_errors import (
     ByGyros,
     StatedErrors,
     axis_std_rad,
+    by_calibrated_axes,
     lag_columns,
 )
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
@@ -111,14 +112,17 @@ class WholeResidual:
 
     @cached_property
     def by_tilts(self) -> FloatArray:
-        """(size, 6) by tilts of the joints' axes, rad."""
+        """(size, 6) by tilts of the joints' axes, rad, by which the gyros were calibrated, too."""
+        # Exact axes have no tilt; the unit keeps the quotient finite.
+        unit = axis_std_rad(self.data) or 1.0
+        through_gyros = by_calibrated_axes(self.data, self.stated.by_gyros.parameters)
+        of_sensors = self.data.tilt_jacobian + through_gyros / unit
         if self.model is None:
-            return self.data.tilt_jacobian
+            return of_sensors
         prior = self.model.motion.fusion.prior
         has_tilt = prior.tilt > 0.0
-        # Exact tilts have no column; the unit keeps the quotient finite.
-        unit = np.where(has_tilt, prior.tilt, 1.0)
-        return self.stack(self.data.tilt_jacobian, has_tilt * self.model.by_errors[:, prior.tilts] / unit)
+        of_model = self.model.by_errors[:, prior.tilts] / np.where(has_tilt, prior.tilt, 1.0)
+        return self.stack(of_sensors, has_tilt * of_model)
 
     @cached_property
     def whitening(self) -> FloatArray:

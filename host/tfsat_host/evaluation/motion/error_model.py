@@ -13,15 +13,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag, null_space
+from scipy.linalg import null_space
 
 from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.calibration.apply import split_shared
 from tfsat_host.calibration.sensors.gyro import PARAMETERS
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.motion.gyro_signal import READ_APART_STD_S, Lag, derivative
 from tfsat_host.evaluation.motion.rate_fusion import FusedRates
 from tfsat_host.evaluation.motion.samples import Holes, Samples, turned_from
-from tfsat_host.protocol.limits import JOINT_COUNT
 
 OSCILLATOR = 0.01
 """Each chip's own is within 1 %, and with it its low-pass (PS-MPU-6000A rev. 3.4, clock from the gyros)."""
@@ -77,7 +77,9 @@ class Prior:
         cls, samples: Samples, lag: Lag, axis_std_rad: float, start: FloatArray, walks: Sequence[RandomWalk]
     ) -> Prior:
         """Build the prior of one drop; `lag` is the data sheet's, `axis_std_rad` the robot file's."""
-        gyros_by_tilts, root = _shared_errors(samples, exact=axis_std_rad == 0.0)
+        gyros_by_tilts, covariance = split_shared(
+            samples.parameter_covariance, samples.shared, exact_axes=axis_std_rad == 0.0
+        )
         # The second moment is between one pole's (0) and a pure delay's (d^2 / 2): d^2 / 4 either way.
         moments = np.array([lag.delay_std_s, 0.25 * lag.delay_s**2])
         tilt = np.full(2 * len(start), axis_std_rad)
@@ -87,7 +89,7 @@ class Prior:
         low_pass = OSCILLATOR * np.array([[lag.delay_s], [2.0 * lag.second_s2]])
         late = np.array([[READ_APART_STD_S], [0.0]])
         apart = np.concatenate([low_pass * differ, late * differ], axis=2)
-        return cls(root, gyros_by_tilts, moments, apart, tilt, start, tuple(walks))
+        return cls(root_of(covariance), gyros_by_tilts, moments, apart, tilt, start, tuple(walks))
 
     @property
     def gyro(self) -> slice:
@@ -155,22 +157,6 @@ class Prior:
         starts = self.start * errors[self.starts]
         walked = [walk.angle @ errors[self.walk(joint)] for joint, walk in enumerate(self.walks)]
         return np.asarray(starts + np.column_stack(walked))
-
-
-def _shared_errors(samples: Samples, *, exact: bool) -> tuple[FloatArray, FloatArray]:
-    """(48, 6) the gyros' parameters by the joints' tilts, and (48, 48) root of the covariance of the rest.
-
-    Args:
-        samples: Of the drop.
-        exact: The joints' axes are taken as exact; what they did to the calibration is then an error like any other.
-    """
-    shared = samples.shared.reshape(-1, samples.shared.shape[-1])
-    own = samples.parameter_covariance - samples.shared @ samples.shared.swapaxes(1, 2)
-    joints = 0 if exact else 2 * JOINT_COUNT
-    covariance = block_diag(*own) + shared[:, joints:] @ shared[:, joints:].T
-    by_tilts = np.zeros((len(shared), 2 * JOINT_COUNT))
-    by_tilts[:, :joints] = shared[:, :joints]
-    return by_tilts, root_of(covariance)
 
 
 def gyro_errors(
