@@ -155,12 +155,12 @@ def _one_pole(signals: FloatArray, constant: float) -> FloatArray:
     return np.asarray(solve_banded((1, 0), rows, driven))
 
 
-SMOOTHED_SAMPLES = 25
-"""A servo's ramp is a dozen."""
+SMOOTHED_SAMPLES = 11
+"""A servo's ramp is a dozen; 25 flatten it at 42 Hz."""
 
 
 def smooth_rates(rates: FloatArray) -> FloatArray:
-    """(n, ...) rates for derivatives by errors and offsets: cubics through 25 neighbours.
+    """(n, ...) rates for derivatives by errors and offsets: cubics through neighbours.
 
     With a sample's own noise in them, that noise times itself would be taken for information, and pull what is fitted.
     """
