@@ -3,8 +3,9 @@
 Unknown are the rotation M from sensor to body axes and the gyro's symmetric response S, its scale factors and skews; a
 response about the body axis a is S (M^T a). The rotation starts from Wahba's problem (solved by SVD, Markley 1988) and
 is then found together with S by Gauss-Newton steps. What no response determines keeps the uncertainty of the design and
-of the data sheet. The joints' axes are tilted by what the robot file's `[uncertainty]` says: two of them that a gyro sees
-askew are so, or the gyro makes it so, or both.
+of the data sheet. The joints' axes are tilted by what the robot file's `[uncertainty]` says, and so is the axis of a
+turn by hand: two of them that a gyro sees askew are so, or the gyro makes it so, or both. These tilts are the same for
+all gyros (`GyroCalibration.shared`).
 """
 
 from __future__ import annotations
@@ -58,8 +59,8 @@ MAX_TURN_MISALIGNMENT_RAD = np.deg2rad(20.0)
 BENT_RAD = np.deg2rad(0.7)
 """Between two axes: scale factors make 0.2 deg of it, brackets 0.5."""
 ASKEW_STDS = 3.0
-"""Besides, of what two hinges may be tilted and a chip's axes may be askew: with chips that are anywhere within their data
-sheet one pair in 20,000 is further apart."""
+"""Besides, of what two hinges may be tilted and a chip's axes may be askew: with chips that are anywhere within their
+data sheet one pair in 20,000 is further apart."""
 MAX_DIFFERENCE_RAD = np.deg2rad(0.5)
 """Between two measurements of the same axis."""
 # Cosine: within 8 deg, two responses are measurements of one axis.

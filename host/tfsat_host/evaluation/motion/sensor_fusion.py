@@ -292,8 +292,11 @@ class SensorFusion:
         return _Step(body, gyros, lag, measured_rates, rates, fused, angles, self.start_rad + turned)
 
     def _columns(self, here: _Step, covariance: FloatArray) -> ErrorJacobians:
-        # Of the fused rates, smoothed as for the tilts: a turn of all mountings and all axes together shows nothing.
-        rates = smooth_rates(here.fused.body_rates())
+        rates = np.where(np.isfinite(here.rates), here.rates, here.fused.body_rates())
+        # Smoothed as for the tilts: a turn of all mountings and all axes together shows nothing. Mountings that were
+        # never measured are wrong by too much for that, and their axes have no tilt.
+        if self.prior.tilt.any():
+            rates = smooth_rates(rates)
         by_parameters = np.stack(
             [g.jacobian(g.readings(rates[:, b]) + g.bias_rad_s) for b, g in enumerate(here.gyros)], axis=1
         )
