@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Recording, Subject
-from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import SHARED, GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.protocol.messages import ServoSetting
@@ -59,6 +59,10 @@ def drawn_calibration(seed: int) -> Calibration:
                 some_axes(),
                 some_axes(),
                 perhaps(),
+                # Biases have nothing in common: their rows are not in the file.
+                np.vstack([np.zeros((3, SHARED)), 0.001 * rng.normal(size=(9, SHARED))])
+                if rng.random() < 0.5
+                else np.zeros((12, SHARED)),
             )
         )
     joints = [

@@ -30,8 +30,9 @@ from tests.evaluation.drops import (
 from tests.fixtures.emulated_drop import Drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.sensors.gyro import PARAMETERS, SCALE
+from tfsat_host.calibration.sensors.gyro import MOUNTING, PARAMETERS, SCALE
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
+from tfsat_host.dynamics.multibody import across
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.motion import sensor_fusion
 from tfsat_host.evaluation.motion.gyro_signal import FINE_S, Lag
@@ -200,6 +201,27 @@ def with_unknown_scale(calibration: Calibration, body: int) -> Calibration:
     unknown = replace(gyro, scale=gyro.scale + off, covariance=covariance)
     gyros = tuple(unknown if sensor.body == body else sensor for sensor in calibration.gyros)
     return replace(calibration, gyros=gyros)
+
+
+def test_no_drop_tells_a_turn_of_all_mountings_and_axes_together() -> None:
+    """It is another choice of every body's axes: rates that seemed to tell it would be believed."""
+    drop = fly_drop(1)
+    calibration = certificate(drop, 1)
+    motion = estimate_motion(drop.log, calibration, drop.model)
+    prior, jacobians = motion.fusion.prior, motion.solved.jacobians
+    for turn_rad in np.deg2rad(0.1) * np.eye(3):
+        tilts = np.array([across(axis) @ turn_rad for axis in drop.model.joint_axis])
+        mountings = np.zeros((4, PARAMETERS))
+        mountings[:, MOUNTING] = [gyro.rotation.T @ turn_rad for gyro in calibration.gyros]
+        errors = np.zeros(len(prior))
+        errors[prior.tilts] = tilts.ravel() / prior.tilt
+        errors[prior.gyro] = np.linalg.pinv(prior.gyro_root) @ mountings.ravel()
+        left_rad_s = (jacobians.gyros - jacobians.bodies) @ errors
+        # The axes as they are turn the rates by a hundred times as much.
+        assert np.rad2deg(np.abs(left_rad_s)).max() < 0.005
+        errors[prior.tilts] = 0.0
+        left_rad_s = (jacobians.gyros - jacobians.bodies) @ errors
+        assert np.rad2deg(np.abs(left_rad_s)).max() > 0.2
 
 
 def gyro_learnt(motion: Motion, body: int) -> tuple[FloatArray, FloatArray]:
