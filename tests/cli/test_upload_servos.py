@@ -109,7 +109,7 @@ def test_a_bad_file_is_refused_before_a_port_is_opened(tfsat_host: RunCli) -> No
     (tfsat_host.folder / "bad.toml").write_text(FILE.replace("[0.0, 90.0]", "[0.0, 91.0]", 1))
     error = tfsat_host.json("upload-servos", "bad.toml", "--port", "/nonexistent", expect=1)["error"]
     assert error["code"] == "joint-limits"
-    assert error["what"].startswith("bad.toml:10: servo of joint 1, limits_deg: 0 to 91 deg")
+    assert error["what"].startswith("bad.toml:11: servo of joint 1, limits_deg: 0 to 91 deg")
 
 
 @pytest.mark.parametrize(

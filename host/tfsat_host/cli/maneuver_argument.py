@@ -126,7 +126,7 @@ def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits |
         try:
             return schedule_maneuver(maneuver, limits or SEQUENCER)
         except ManeuverError as error:
-            raise (error if args.file is None else error.in_file(str(args.file), maneuver)) from None
+            raise (error if args.file is None else error.in_file(args.file)) from None
 
 
 @contextmanager

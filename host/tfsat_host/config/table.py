@@ -91,11 +91,6 @@ class Table:
         self._values = values
         self._known_as: tuple[int, str] = (0, "")  # so many parts of the path, in words
 
-    @property
-    def line(self) -> int:
-        """Of the file, from 1: where the table begins."""
-        return line_of(self.file_text, self._path)
-
     def fail(self, key: str, problem: str, cure: str = "", code: StrEnum = Fault.WRONG_TYPE) -> NoReturn:
         """Raises the error of `key`, which may have dots for what lies inside; no cure: the kind's."""
         path = (*self._path, *key.split("."))

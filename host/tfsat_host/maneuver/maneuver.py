@@ -17,11 +17,12 @@ A key that is not known is an error: a misspelt `angel_deg` must not fly as some
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
 from tfsat_host.config import ConfigKind, Fault, Table, format_config, parse_config, read_config
+from tfsat_host.config.places import line_of
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.units import cdeg_from_deg
@@ -77,12 +78,14 @@ class ManeuverError(TfsatError):
         self.code = Defect(code)
         self.stroke = stroke
 
-    def in_file(self, name: str, maneuver: Maneuver) -> ManeuverError:
-        """Return the same error with the name of the maneuver's file added, and the line of the stroke at fault."""
-        line = "" if self.stroke is None else f":{maneuver.lines[self.stroke - 1]}"
+    def in_file(self, file: Path) -> ManeuverError:
+        """Return the same error with the maneuver's file added, and the line of the stroke at fault."""
+        where = str(file)
+        if self.stroke is not None:
+            where += f":{line_of(file.read_text(encoding='utf-8'), ('strokes', self.stroke - 1))}"
         return ManeuverError(
             self.code,
-            what=f"{name}{line}: {self.what}",
+            what=f"{where}: {self.what}",
             meaning=self.meaning,
             next_step=self.next_step,
             stroke=self.stroke,
@@ -128,14 +131,12 @@ class Maneuver:
         speed_deg_s: Average speed of a joint during a stroke.
         pause_s: From release to the first stroke.
         name: For people; not sent to the robot.
-        lines: Of the file that each stroke was read from, from 1; empty: from none.
     """
 
     strokes: tuple[Stroke, ...]
     speed_deg_s: float = DEFAULT_SPEED_DEG_S
     pause_s: float = DEFAULT_PAUSE_S
     name: str = ""
-    lines: tuple[int, ...] = field(default=(), compare=False, repr=False)
 
 
 def four_stroke(a_deg: float, b_deg: float, *, speed_deg_s: float = DEFAULT_SPEED_DEG_S) -> Maneuver:
@@ -195,7 +196,6 @@ def _maneuver(top: Table) -> Maneuver:
         speed_deg_s=top.number("speed_deg_s", DEFAULT_SPEED_DEG_S, finite=False),
         pause_s=top.number("pause_s", DEFAULT_PAUSE_S, finite=False),
         name=top.text("name", "", empty=True),
-        lines=tuple(row.line for row in rows),
     )
 
 

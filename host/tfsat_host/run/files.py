@@ -224,7 +224,7 @@ def schedule_in(file: Path) -> Schedule:
         try:
             return schedule_maneuver(maneuver)
         except ManeuverError as error:
-            raise error.in_file(str(file), maneuver) from error
+            raise error.in_file(file) from error
     except ManeuverError as error:
         unreadable = error.code == Defect.FILE_UNREADABLE
         raise error.with_words(

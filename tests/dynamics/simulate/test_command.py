@@ -103,7 +103,7 @@ def test_five_bodies_move_within_their_own_limits(tfsat_host: RunCli, five: Path
         wrong = write(tfsat_host.folder / "wrong.toml", *strokes)
         error = tfsat_host.json("simulate", "--file", wrong, "--robot", five, expect=1)["error"]
         assert error["code"] == code
-        assert "wrong.toml: Stroke 1" in error["what"]
+        assert "wrong.toml:5: Stroke 1" in error["what"]
     unknown = tfsat_host.json("simulate", "--file", file, expect=1)["error"]
     assert "joint 4; the robot has joints 1 to 3" in unknown["what"]
     assert "--robot names another robot" in unknown["next_step"]

@@ -20,7 +20,7 @@ constexpr avr_io_addr_t kEecr = 0x3F, kEedr = 0x40, kEearl = 0x41, kEearh = 0x42
 constexpr avr_io_addr_t kGtccr = 0x43, kMcusr = 0x54, kSpmcsr = 0x57, kWdtcsr = 0x60;
 constexpr avr_io_addr_t kPcmsk0 = 0x6B;
 constexpr avr_io_addr_t kUsbcon = 0xD8, kUsbsta = 0xD9, kUdcon = 0xE0, kUdint = 0xE1, kUdien = 0xE2;
-constexpr avr_io_addr_t kUdfnuml = 0xE4, kUdfnumh = 0xE5, kUeintx = 0xE8, kUenum = 0xE9;
+constexpr avr_io_addr_t kUdfnuml = 0xE4, kUdfnumh = 0xE5, kUeintx = 0xE8, kUenum = 0xE9, kUeienx = 0xF0;
 }  // namespace reg
 
 // Puts `handler` in simavr's place for writes to (reads of) one register. The tables are part of

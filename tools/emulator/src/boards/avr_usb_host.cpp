@@ -17,7 +17,7 @@ constexpr uint32_t kSuspendTicks = 3 * kTicksPerMs;
 constexpr uint32_t kRequestTimeoutTicks = 500 * kTicksPerMs;
 
 constexpr uint8_t kOutEndpoint = 2, kInEndpoint = 3;
-constexpr uint8_t kGeneralVector = 10;
+constexpr uint8_t kGeneralVector = 10, kEndpointVector = 11;
 
 // UDINT and UDIEN bits (datasheet section 22.18.1).
 constexpr uint8_t kSuspend = 0, kStartOfFrame = 2, kWakeUp = 4;
@@ -37,9 +37,13 @@ constexpr uint16_t kDtrAndRts = 3;
 constexpr size_t AvrUsbHost::kBufferBytes;
 constexpr size_t AvrUsbHost::kPacketBytes;
 
-AvrUsbHost::AvrUsbHost(avr_t* avr) : avr_(avr), general_vector_(find_vector(avr, kGeneralVector)) {
+AvrUsbHost::AvrUsbHost(avr_t* avr)
+    : avr_(avr),
+      general_vector_(find_vector(avr, kGeneralVector)),
+      endpoint_vector_(find_vector(avr, kEndpointVector)) {
   ueintx_tap_.attach(avr_, reg::kUeintx, &AvrUsbHost::on_ueintx_write, this);
   udien_tap_.attach(avr_, reg::kUdien, &AvrUsbHost::on_udien_write, this);
+  ueienx_tap_.attach(avr_, reg::kUeienx, &AvrUsbHost::on_ueienx_write, this);
 }
 
 void AvrUsbHost::reset() {
@@ -142,11 +146,21 @@ void AvrUsbHost::raise_device_event(uint8_t bit) {
   if ((avr_->data[reg::kUdien] & mask) != 0) avr_raise_interrupt(avr_, general_vector_);
 }
 
-// An event that was masked when it came interrupts when it is unmasked.
+// The interrupts of the bus are levels: an event that was masked when it came interrupts when it is
+// unmasked, and one that is masked before its interrupt was taken does not interrupt any more.
 void AvrUsbHost::on_udien_write(void* self, uint8_t value) {
   AvrUsbHost& host = *static_cast<AvrUsbHost*>(self);
-  if ((host.avr_->data[reg::kUdint] & value) != 0)
+  if ((host.avr_->data[reg::kUdint] & value) != 0) {
     avr_raise_interrupt(host.avr_, host.general_vector_);
+  } else {
+    avr_clear_interrupt(host.avr_, host.general_vector_);
+  }
+}
+
+// simavr keeps an endpoint's interrupt pending when it is masked.
+void AvrUsbHost::on_ueienx_write(void* self, uint8_t value) {
+  AvrUsbHost& host = *static_cast<AvrUsbHost*>(self);
+  if (value == 0) avr_clear_interrupt(host.avr_, host.endpoint_vector_);
 }
 
 // Traffic on the bus sets WAKEUPI again and again, suspended or not.

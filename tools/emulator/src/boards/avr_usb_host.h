@@ -73,11 +73,12 @@ class AvrUsbHost {
 
   static void on_ueintx_write(void* self, uint8_t value);
   static void on_udien_write(void* self, uint8_t value);
+  static void on_ueienx_write(void* self, uint8_t value);
   static avr_cycle_count_t on_tick(avr_t*, avr_cycle_count_t when, void* self);
 
   avr_t* avr_;
-  avr_int_vector_t* general_vector_;
-  WriteTap ueintx_tap_, udien_tap_;
+  avr_int_vector_t *general_vector_, *endpoint_vector_;
+  WriteTap ueintx_tap_, udien_tap_, ueienx_tap_;
 
   bool plugged_ = false, suspended_ = false;
   bool port_open_ = true, port_sent_open_ = false, line_coding_sent_ = false;
