@@ -88,7 +88,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     with out.progress("Designing the maneuver", total=1.0) as advance:
         best_design = design(robot, _settings(args), advance)
     proposal = propose(best_design, robot, path, swarm=args.swarm)
-    file = OutputFile(path, _MARKER, lambda place: write_maneuver(proposal.maneuver, place))
+    file = OutputFile(path, _MARKER, lambda place: write_maneuver(proposal.checked.maneuver, place))
     write_all([file], force=args.force)
     out.warn_each(() if args.json else warnings(proposal))
 
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         sentences(conclusions(proposal, () if args.robot is None else ("--robot", str(args.robot))), out)
 
     out.result(record(PROPOSAL, proposal), show_proposal)
-    return ExitCode.DATA_LOSS if proposal.failed else 0
+    return ExitCode.DATA_LOSS if proposal.checked.failed else 0
 
 
 def _settings(args: argparse.Namespace) -> DesignSettings:
