@@ -19,6 +19,7 @@ from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
     from tfsat_host.plan.problem import DesignSettings
+    from tfsat_host.robot import RobotModel
 
 _DEFAULT_FILE = Path("maneuver.toml")
 _MARKER = b'name = "designed: '
@@ -35,6 +36,7 @@ what is asked for:
 --time-limit S   time of all strokes together, s (default 1.5; the paper's 59/70 takes 1.532)
 --speed DEG_S    average joint speed, deg/s (default: the servos')
 --limit DEG,DEG  greatest displacement of each of the joints, deg
+--together       let strokes of different joints overlap, within the drop tower's limits
 --robust K       the greatest mean less K standard deviations over the file's [uncertainty]
 --penalty P      P, deg/s^2 of overtime (default 1e11)
 particle swarm:
@@ -81,6 +83,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
         return show_learning(args, path, out)
     check_may_write(path, marker=_MARKER, force=args.force)
     robot = load_robot(args.robot)
+    if args.together:
+        return _show_together(args, robot, path, out)
 
     from tfsat_host.plan.design_result import PROPOSAL, candidate_table, conclusions, propose, warnings
     from tfsat_host.plan.maneuver_design import design
@@ -95,10 +99,44 @@ def run(args: argparse.Namespace, out: Output) -> int:
     def show_proposal() -> None:
         show_facts(PROPOSAL, proposal, out)
         show_table(candidate_table(proposal), out)
-        sentences(conclusions(proposal, () if args.robot is None else ("--robot", str(args.robot))), out)
+        sentences(conclusions(proposal, _robot_option(args)), out)
 
     out.result(record(PROPOSAL, proposal), show_proposal)
-    return ExitCode.DATA_LOSS if proposal.checked.failed else 0
+    return 0 if proposal.checked.may_fly else ExitCode.DATA_LOSS
+
+
+def _show_together(args: argparse.Namespace, robot: RobotModel, path: Path, out: Output) -> int:
+    """Designs with joints that move together, writes and shows.
+
+    Raises:
+        UsageError: an option is of the swarm alone.
+    """
+    from tfsat_host.plan.checked_maneuver import flight_warnings, verdict_and_next_step
+    from tfsat_host.plan.together_result import TOGETHER, propose_together, stroke_table
+
+    if args.swarm or args.alternating:
+        raise UsageError(
+            what="--together was given with --swarm or --alternating: the swarm moves one joint at a time.",
+            meaning="Nothing was designed.",
+            next_step=Advice(NextStep("design", ("--together",))),
+        )
+    with out.progress("Designing the maneuver", total=1.0) as advance:
+        proposal = propose_together(robot, _settings(args), path, advance)
+    file = OutputFile(path, _MARKER, lambda place: write_maneuver(proposal.checked.maneuver, place))
+    write_all([file], force=args.force)
+    out.warn_each(() if args.json else flight_warnings(proposal.checked))
+
+    def show_proposal() -> None:
+        show_facts(TOGETHER, proposal, out)
+        show_table(stroke_table(proposal), out)
+        sentences(verdict_and_next_step(proposal.checked, _robot_option(args)), out)
+
+    out.result(record(TOGETHER, proposal), show_proposal)
+    return 0 if proposal.checked.may_fly else ExitCode.DATA_LOSS
+
+
+def _robot_option(args: argparse.Namespace) -> tuple[str, ...]:
+    return () if args.robot is None else ("--robot", str(args.robot))
 
 
 def _settings(args: argparse.Namespace) -> DesignSettings:

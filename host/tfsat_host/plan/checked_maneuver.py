@@ -10,6 +10,7 @@ from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_mane
 from tfsat_host.maneuver.schedule import STROKES as SCHEDULED
 from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.plan.collisions import CONTACT_MM, least_gap
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.plan.reach_envelope import EnvelopeError, envelope_of
 from tfsat_host.plan.tower_checks import CHECK, Check, TowerReport, check_maneuver
@@ -29,6 +30,7 @@ class CheckedManeuver:
         refusal: Why it would.
         tower: Against the drop tower; None without a schedule or without outlines.
         notices: What else a person should know.
+        collides: Whether two bodies strike one another on the way.
     """
 
     robot: RobotModel
@@ -38,11 +40,17 @@ class CheckedManeuver:
     refusal: str = ""
     tower: TowerReport | None = None
     notices: tuple[str, ...] = ()
+    collides: bool = False
 
     @property
     def failed(self) -> list[Check]:
         """The checks that did not pass."""
         return [] if self.tower is None else self.tower.failed
+
+    @property
+    def may_fly(self) -> bool:
+        """Whether nothing that was checked speaks against a flight."""
+        return not (self.failed or self.collides)
 
 
 def check_design(robot: RobotModel, maneuver: Maneuver, path: Path) -> CheckedManeuver:
@@ -66,7 +74,15 @@ def check_design(robot: RobotModel, maneuver: Maneuver, path: Path) -> CheckedMa
             checked, notices=(*checked.notices, f"Not checked against the drop tower: {error.what}")
         )
     checks = check_maneuver(schedule, robot, tower, envelope)
-    return replace(checked, tower=TowerReport(schedule, robot, tower, envelope, checks))
+    checked = replace(checked, tower=TowerReport(schedule, robot, tower, envelope, checks))
+    gap = least_gap(robot, envelope.angles_rad)
+    if gap.gap_mm >= -CONTACT_MM:
+        return checked
+    collision = (
+        f"{' and '.join(gap.bodies)} collide {envelope.t_s[gap.instant]:.2f} s after release: their boxes in "
+        f"{robot.path.name} overlap by {-gap.gap_mm:.1f} mm."
+    )
+    return replace(checked, notices=(*checked.notices, collision), collides=True)
 
 
 def _format_file(checked: CheckedManeuver) -> str:
@@ -91,7 +107,7 @@ def verdict_and_next_step(checked: CheckedManeuver, robot_option: tuple[str, ...
         yield checked.tower.verdict
     if checked.schedule is None:
         yield Advice("Next: ", NextStep("simulate", ("--file", str(checked.path), *robot_option)))
-    elif checked.failed:
+    elif not checked.may_fly:
         yield "Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed."
     else:
         yield Advice("Next: ", NextStep("upload-sequence", ("--file", str(checked.path))))

@@ -70,7 +70,7 @@ def paper_candidate(proposal: Proposal) -> Candidate | None:
     return paper if paper is not None and paper.duration_s > problem.time_limit_s else None
 
 
-_CANDIDATE: Columns = (
+CANDIDATE: Columns = (
     Column("alpha_deg", "displacements", form=".2f"),
     Column("sequence", "sequence", words=lambda candidate: format_sequence(candidate.sequence)),
     *fields("rotation_vector_deg"),
@@ -79,17 +79,17 @@ _CANDIDATE: Columns = (
     Column("efficiency", "turn per travel", form=".4f"),
 )
 _SWARM: Columns = (
-    *columns_of("swarm", _CANDIDATE),
+    *columns_of("swarm", CANDIDATE),
     Column("best_objective_deg", of=lambda design: np.degrees(design.search.best_values)),
     *fields("evaluations=search.evaluations"),
 )
 _OPTIMUM: Columns = (
-    *columns_of("optimum", _CANDIDATE),
+    *columns_of("optimum", CANDIDATE),
     Column("gain_deg_per_s", of=lambda design: math.degrees(design.summit.gain_rad_s)),
     *fields("gradient_left_deg_per_deg=summit.residual summits_climbed=summits"),
 )
 _ROBUST: Columns = (
-    *columns_of("maneuver", _CANDIDATE),
+    *columns_of("maneuver", CANDIDATE),
     *fields("k mean_deg=spread.mean_rad std_deg=spread.std_rad"),
     *fields("optimum_mean_deg=of_optimum.mean_rad optimum_std_deg=of_optimum.std_rad"),
 )
@@ -136,7 +136,7 @@ PROPOSAL: Columns = (
             f"(time limit {proposal.design.problem.time_limit_s:g} s)"
         ),
     ),
-    *(replace(column, label="") for column in columns_of("written", _CANDIDATE)),
+    *(replace(column, label="") for column in columns_of("written", CANDIDATE)),
     Column("joints", of=lambda proposal: [joint + 1 for joint in proposal.design.problem.joints]),
     Column(
         "swarm", "Swarm", of="design", words=lambda proposal: _format_swarm(proposal.design), columns=_SWARM
@@ -178,7 +178,7 @@ def candidate_table(proposal: Proposal) -> Table:
         "paper's 59/70": paper,
     }
     rows = [_Row(name, found) for name, found in candidates.items() if found is not None]
-    return Table("", (Column("name", "maneuver"), *columns_of("candidate", _CANDIDATE)), rows)
+    return Table("", (Column("name", "maneuver"), *columns_of("candidate", CANDIDATE)), rows)
 
 
 def conclusions(proposal: Proposal, robot_option: tuple[str, ...]) -> Iterator[str]:

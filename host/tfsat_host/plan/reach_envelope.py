@@ -47,6 +47,7 @@ class Envelope:
     Attributes:
         body_names: n names.
         t_s: (m,) from release, rising.
+        angles_rad: (m, n - 1) joint angles.
         radius_mm: (m, n) greatest distance of each body from the vertical line through the CoM.
         top_mm: (m,) height of the highest point above the CoM.
         bottom_mm: (m,) height of the lowest point, negative below the CoM.
@@ -54,6 +55,7 @@ class Envelope:
 
     body_names: tuple[str, ...]
     t_s: FloatArray
+    angles_rad: FloatArray
     radius_mm: FloatArray
     top_mm: FloatArray
     bottom_mm: FloatArray
@@ -202,6 +204,7 @@ def envelope_of_motion(
     return Envelope(
         body_names=robot.body_names,
         t_s=t_s,
+        angles_rad=angles_rad,
         radius_mm=np.stack(radii, axis=1),
         top_mm=height_mm.max(axis=1),
         bottom_mm=height_mm.min(axis=1),

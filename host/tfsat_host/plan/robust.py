@@ -1,8 +1,8 @@
 """A maneuver for a robot that may not be as filed: the mean reorientation less K standard deviations, maximized.
 
-The errors are the independent sources of the file's `[uncertainty]` (`plan/parameters.py`); servo speeds have no part
-in it, for strokes that do not overlap turn the robot by their path alone. Along each source, of standard deviation 1,
-the reorientation r is taken to second order,
+The errors are the independent sources of the file's `[uncertainty]` (`plan/parameters.py`). Servo speeds have no part
+in it where strokes do not overlap, for then the robot turns by their path alone. Along each source, of standard
+deviation 1, the reorientation r is taken to second order,
 
     mean = r0 + sum over sources of (r+ + r- - 2 r0) / 2
     variance = sum over sources of ((r+ - r-) / 2)^2 + ((r+ + r- - 2 r0)^2) / 2
@@ -13,7 +13,8 @@ with r+ and r- at one deviation to either side: no random number, and the same t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from collections.abc import Sequence as SequenceOf
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -21,7 +22,8 @@ import numpy as np
 from scipy import optimize
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad
+from tfsat_host.dynamics import Multibody, path_rotation, quaternion, rotation_angle_rad
+from tfsat_host.dynamics.propagate import Propagation
 from tfsat_host.plan.loops import Sequence
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
 from tfsat_host.plan.problem import Problem
@@ -75,14 +77,28 @@ class Uncertain:
         ]
         if not strokes:
             return Spread(0.0, 0.0)
-        parameters = Parameters.of(self.robot, Plan.of(self.robot, strokes, problem.speed_rad_s))
-        sources = error_sources(parameters, replace(self.stated, servo_speed_relative=0.0))
+        stated = replace(self.stated, servo_speed_relative=0.0)
+        return self._spread(strokes, problem.speed_rad_s, stated, self._turn_by_path)
+
+    def spread_in_time(self, strokes: SequenceOf[PlannedStroke], speed_rad_s: float) -> Spread:
+        """Compute the spread of the reorientation by strokes that may overlap: each servo has a speed of its own."""
+        return self._spread(strokes, speed_rad_s, self.stated, self._turn_in_time)
+
+    def _spread(
+        self,
+        strokes: SequenceOf[PlannedStroke],
+        speed_rad_s: float,
+        stated: Uncertainty,
+        turn: Callable[[Parameters, FloatArray], FloatArray],
+    ) -> Spread:
+        parameters = Parameters.of(self.robot, Plan.of(self.robot, strokes, speed_rad_s))
+        sources = error_sources(parameters, stated)
         # The nominal robot, and one deviation to either side along every source that has an effect.
         shifts = sources.matrix[:, sources.matrix.any(axis=0)].T
         vectors = parameters.nominal + np.concatenate(
             [np.zeros((1, len(parameters.nominal))), shifts, -shifts]
         )
-        turned = self._reorientations(parameters, vectors)
+        turned = turn(parameters, vectors)
         above, below = turned[1:].reshape(2, -1)
         # Second differences: curvature moves the mean, and adds to the variance.
         bend = above + below - 2.0 * turned[0]
@@ -90,8 +106,17 @@ class Uncertain:
         return Spread(float(turned[0] + 0.5 * bend.sum()), math.sqrt(variance))
 
     @staticmethod
-    def _reorientations(parameters: Parameters, vectors: FloatArray) -> FloatArray:
-        """(s,) reorientation of robots with parameters (s, p)."""
+    def _turn_in_time(parameters: Parameters, vectors: FloatArray) -> FloatArray:
+        """(s,) reorientation of robots with parameters (s, p), each stroke at its time."""
+        history = parameters.history(parameters.motion(vectors))
+        robots = parameters.robots(vectors)
+        # A step for each piece of constant accelerations: order 6 leaves less than what the second order neglects.
+        course = Propagation(robots, history, None, None, step_s=math.inf, order=6)
+        return np.asarray(quaternion.angle(course.attitudes()[-1]))
+
+    @staticmethod
+    def _turn_by_path(parameters: Parameters, vectors: FloatArray) -> FloatArray:
+        """(s,) reorientation of robots with parameters (s, p), stroke after stroke."""
         robots: Multibody = parameters.robots(vectors)
         deltas = parameters.motion(vectors).delta_rad.T
         plan = parameters.plan

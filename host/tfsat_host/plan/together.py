@@ -20,6 +20,7 @@ from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.history import ServoMotion, history_of
 from tfsat_host.dynamics.propagate import Propagation
 from tfsat_host.maneuver.maneuver import DEFAULT_PAUSE_S
+from tfsat_host.plan.parameters import PlannedStroke
 from tfsat_host.plan.problem import GRID_S, Problem
 from tfsat_host.plan.tower_room import TowerRoom
 from tfsat_host.units import CDEG_PER_DEG
@@ -29,11 +30,11 @@ Worth = Callable[[FloatArray], FloatArray]
 
 # Four independent searches: one of them ended at a lower summit in a third of all seeds.
 ISLANDS = 4
-_GENERATIONS, _MEMBERS_A_NUMBER = 70, 10
+_GENERATIONS, _MEMBERS_A_NUMBER, _CROSSOVER = 70, 10, 0.7
 # Beyond the tower's limits a mm costs more than it gains anywhere.
 _PENALTY_RAD_MM = math.radians(2.0)
-# Instants of a climb at which the tower's limits are looked at, beside those at which a servo's acceleration changes.
-_INSTANTS = 60
+# Instants of a flight at which the tower's limits are looked at, beside those at which a servo's acceleration changes.
+INSTANTS = 60
 _DIFFERENCE = 1e-6
 # One hundredth of a degree, and the step of the sequencer's grid.
 _GRID = np.array([math.radians(1.0 / CDEG_PER_DEG), GRID_S, GRID_S])[:, None, None]
@@ -77,6 +78,16 @@ class OverlappingStrokes:
     def _farthest_rad(self) -> FloatArray:
         return self.problem.farthest_rad(0.5 * self.time_limit_s)
 
+    def strokes(self, candidate: FloatArray) -> list[PlannedStroke]:
+        """Strokes of a candidate (3, d) in the order of their starts; a joint that stands has none."""
+        strokes = [
+            PlannedStroke(joint, sign * displacement, DEFAULT_PAUSE_S + start)
+            for joint, (displacement, *starts) in zip(self.problem.joints, candidate.T.tolist(), strict=True)
+            for sign, start in zip((1.0, -1.0), starts, strict=True)
+            if abs(displacement) >= 0.5 * _GRID[0, 0, 0]
+        ]
+        return sorted(strokes, key=lambda stroke: (round(stroke.start_s, 9), stroke.joint))
+
     def keep_limits(self, candidates: FloatArray) -> FloatArray:
         """(b,) whether candidates (3, d, b) keep the joints' ranges, their order of strokes and the time."""
         displacement, out, back = candidates
@@ -86,7 +97,7 @@ class OverlappingStrokes:
         kept &= (back >= out + stroke) & (back + stroke <= self.time_limit_s)
         return np.asarray(kept.all(axis=0))
 
-    def fly(self, candidates: FloatArray, instants: int = 0) -> tuple[FloatArray, FloatArray]:
+    def fly(self, candidates: FloatArray, instants: int = INSTANTS) -> tuple[FloatArray, FloatArray]:
         """Rotation vectors (3, b) of the base in candidates (3, d, b), and the room (m, b) that the tower leaves, mm.
 
         `instants` are looked at beside those at which a servo's acceleration changes.
@@ -132,31 +143,34 @@ class OverlappingStrokes:
         for island in np.random.SeedSequence(seed).spawn(ISLANDS):
             climbed.append(self.climb(self._evolve(np.random.default_rng(island))))
             progress(1.0 / ISLANDS)
-        losses = self._loss(self.candidates(np.column_stack(climbed)), None, _INSTANTS)
+        losses = self._loss(self.candidates(np.column_stack(climbed)), instants=INSTANTS)
         return [climbed[number] for number in np.argsort(losses, kind="stable")]
 
-    def _loss(self, candidates: FloatArray, worth: Worth | None, instants: int = 0) -> FloatArray:
+    def _loss(self, candidates: FloatArray, worth: Worth | None = None, instants: int = 0) -> FloatArray:
         """(b,) what is minimized, rad: less the worth, and a penalty beyond the tower's limits."""
         turned, room_mm = self.fly(candidates, instants)
         value = np.linalg.norm(turned, axis=0) if worth is None else worth(candidates)
         return np.asarray(_PENALTY_RAD_MM * np.maximum(0.0, -room_mm.min(axis=0)) - value)
 
     def _evolve(self, rng: np.random.Generator) -> FloatArray:
-        """(3 d,) the best point of the unit box after a differential evolution."""
-        return np.asarray(
-            optimize.differential_evolution(
-                lambda unit: self._loss(self.candidates(unit), None),
-                [(0.0, 1.0)] * (3 * len(self.problem.joints)),
-                rng=rng,
-                popsize=_MEMBERS_A_NUMBER,
-                maxiter=_GENERATIONS,
-                init="sobol",
-                updating="deferred",
-                vectorized=True,
-                polish=False,
-                tol=0.0,
-            ).x
-        )
+        """(3 d,) the best point of the unit box after a differential evolution (Storn and Price, 1997, best/1/bin)."""
+        numbers = 3 * len(self.problem.joints)
+        members = rng.random((numbers, _MEMBERS_A_NUMBER * numbers))
+        losses, each = self._loss(self.candidates(members)), np.arange(members.shape[1])
+        for _ in range(_GENERATIONS):
+            one, other = members[:, rng.permutation(each)], members[:, rng.permutation(each)]
+            mutants = members[:, [losses.argmin()]] + rng.uniform(0.5, 1.0) * (one - other)
+            # What leaves the box is drawn anew.
+            outside = (mutants < 0.0) | (mutants > 1.0)
+            mutants = np.where(outside, rng.random(members.shape), mutants)
+            # At least one number comes from the mutant.
+            crossed = rng.random(members.shape) < _CROSSOVER
+            crossed[rng.integers(numbers, size=len(each)), each] = True
+            trials = np.where(crossed, mutants, members)
+            trial_losses = self._loss(self.candidates(trials))
+            members = np.where(trial_losses < losses, trials, members)
+            losses = np.minimum(trial_losses, losses)
+        return np.asarray(members[:, losses.argmin()])
 
     def climb(self, start: FloatArray, worth: Worth | None = None) -> FloatArray:
         """(3 d,) the summit above a point of the unit box."""
@@ -169,38 +183,42 @@ class OverlappingStrokes:
                 # Differences lead into the box.
                 step = np.where(unit > 0.5, -_DIFFERENCE, _DIFFERENCE)
                 candidates = self.candidates(np.column_stack([unit, unit[:, None] + np.diag(step)]))
-                turned, room_mm = self.fly(candidates, _INSTANTS)
+                turned, room_mm = self.fly(candidates)
                 value = np.linalg.norm(turned, axis=0) if worth is None else worth(candidates)
                 slopes = [(values[..., 1:] - values[..., :1]) / step for values in (-value, room_mm)]
                 latest[unit.tobytes()] = float(-value[0]), slopes[0], room_mm[:, 0], slopes[1]
             return latest[unit.tobytes()]
 
+        def loss(unit: FloatArray) -> float:
+            return evaluate(unit)[0]
+
+        def slope(unit: FloatArray) -> FloatArray:
+            return evaluate(unit)[1]
+
         summit = optimize.minimize(
-            lambda unit: evaluate(unit)[0],
+            loss,
             start,
-            jac=lambda unit: evaluate(unit)[1],
+            jac=slope,
             method="SLSQP",
-            bounds=optimize.Bounds(0.0, 1.0),
-            constraints={
-                "type": "ineq",
-                "fun": lambda unit: evaluate(unit)[2],
-                "jac": lambda unit: evaluate(unit)[3],
-            },
+            bounds=optimize.Bounds(np.zeros_like(start), np.ones_like(start)),
+            constraints=optimize.NonlinearConstraint(
+                lambda unit: evaluate(unit)[2], 0.0, np.inf, jac=lambda unit: evaluate(unit)[3]
+            ),
             options={"ftol": 1e-7, "maxiter": 60},
         )
-        return np.clip(summit.x, 0.0, 1.0)
+        return np.asarray(np.clip(summit.x, 0.0, 1.0))
 
     def carry_to_grid(self, point: FloatArray, worth: Worth | None = None) -> FloatArray:
         """(3, d) the best candidate near a point (3 d,), in hundredths of a degree and on the sequencer's grid."""
         joints = len(self.problem.joints)
         place = self._nearest_on_grid(self.candidates(point[:, None]))
-        best = self._loss(place * _GRID, worth, _INSTANTS)[0]
+        best = self._loss(place * _GRID, worth, INSTANTS)[0]
         for size_deg in _COMPASS_DEG:
             steps = _compass(joints, round(CDEG_PER_DEG * size_deg), pairs=worth is None)
             while True:
                 near = place + steps
                 near = near[..., self.keep_limits(near * _GRID)]
-                losses = self._loss(near * _GRID, worth, _INSTANTS)
+                losses = self._loss(near * _GRID, worth, INSTANTS)
                 if not losses.min(initial=math.inf) < best - _NOTHING_RAD:
                     break
                 best, place = losses.min(), near[..., [int(losses.argmin())]]

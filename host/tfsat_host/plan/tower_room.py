@@ -73,5 +73,8 @@ class TowerRoom:
         top, bottom = z.max(axis=0), z.min(axis=0)
         sideways = self.max_radius_mm - np.sqrt((x * x + y * y).max(axis=0))
         clearance = slowest * t_s - (top - top[0])
-        falls = vertical_travel_mm(fastest, tower.fall_s, tower.residual_acceleration_g)
-        return np.asarray(np.minimum(np.minimum(sideways, clearance), falls)) - _MARGIN_MM
+        # What lies lowest at the end goes on falling until the landing.
+        until_s = np.concatenate([t_s[:-1], np.full_like(t_s[:1], tower.fall_s)])
+        travel = vertical_travel_mm(fastest, until_s, tower.residual_acceleration_g)
+        downwards = tower.usable_vertical_travel_mm - travel - (bottom[0] - bottom)
+        return np.asarray(np.minimum(np.minimum(sideways, clearance), downwards)) - _MARGIN_MM
