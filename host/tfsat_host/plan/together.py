@@ -57,12 +57,6 @@ class OverlappingStrokes:
     problem: Problem
     room: TowerRoom | None = None
 
-    @property
-    def time_limit_s(self) -> float:
-        """Longest time from the first possible start to the last arrival."""
-        limit_s = self.problem.time_limit_s
-        return limit_s if self.room is None else min(limit_s, self.room.max_moving_s)
-
     def candidates(self, unit: FloatArray) -> FloatArray:
         """(3, d, b) of points (3 d, b) of the unit box, each of which keeps ranges and time."""
         problem = self.problem
@@ -71,12 +65,12 @@ class OverlappingStrokes:
         displacement = size * most.sum(axis=1, keepdims=True) - most[:, :1]
         # Shares of the time that the strokes leave: before the way out, then before the way back.
         stroke = problem.stroke_s(np.abs(displacement))
-        out = early * (self.time_limit_s - 2.0 * stroke)
-        back = out + stroke + late * (self.time_limit_s - 2.0 * stroke - out)
+        out = early * (self.problem.time_limit_s - 2.0 * stroke)
+        back = out + stroke + late * (self.problem.time_limit_s - 2.0 * stroke - out)
         return np.stack([displacement, out, back])
 
     def _farthest_rad(self) -> FloatArray:
-        return self.problem.farthest_rad(0.5 * self.time_limit_s)
+        return self.problem.farthest_rad(0.5 * self.problem.time_limit_s)
 
     def strokes(self, candidate: FloatArray) -> list[PlannedStroke]:
         """Strokes of a candidate (3, d) in the order of their starts; a joint that stands has none."""
@@ -94,7 +88,7 @@ class OverlappingStrokes:
         stroke = self.problem.stroke_s(np.abs(displacement)) - 1e-9
         below, above = self.problem.sides_rad.T[..., None] + 1e-9
         kept = (displacement >= -below) & (displacement <= above) & (out >= 0.0)
-        kept &= (back >= out + stroke) & (back + stroke <= self.time_limit_s)
+        kept &= (back >= out + stroke) & (back + stroke <= self.problem.time_limit_s)
         return np.asarray(kept.all(axis=0))
 
     def fly(self, candidates: FloatArray, instants: int = INSTANTS) -> tuple[FloatArray, FloatArray]:
@@ -114,7 +108,7 @@ class OverlappingStrokes:
             np.tile(problem.acceleration_rad_s2, 2)[:, None],
         )
         # The first and the last instant stand for the release and the landing: nothing moves before and after.
-        even = DEFAULT_PAUSE_S + np.linspace(0.0, self.time_limit_s, instants + 2)
+        even = DEFAULT_PAUSE_S + np.linspace(0.0, self.problem.time_limit_s, instants + 2)
         breaks = np.sort(np.concatenate([np.tile(even, (count, 1)).T, motion.changes_s]), axis=0)
         history = history_of(motion, breaks, problem.start_rad)
         course = Propagation(problem.body, history, None, None, step_s=math.inf, order=6)
@@ -229,7 +223,7 @@ class OverlappingStrokes:
         size, out, back = np.rint(candidate / _GRID)
         while True:
             stroke = self.problem.stroke_s(np.abs(size * _GRID[0])) - 1e-9
-            steps, last = np.ceil(stroke / GRID_S), np.floor((self.time_limit_s - stroke) / GRID_S)
+            steps, last = np.ceil(stroke / GRID_S), np.floor((self.problem.time_limit_s - stroke) / GRID_S)
             first = np.clip(out, 0.0, np.maximum(last - steps, 0.0))
             place = np.stack([size, first, np.clip(back, first + steps, np.maximum(last, first + steps))])
             if self.keep_limits(place * _GRID)[0]:

@@ -54,7 +54,8 @@ class TogetherProposal:
     """A designed maneuver of joints that move together, and what it is compared with.
 
     Attributes:
-        problem: What was asked for.
+        asked_time_limit_s: What was asked for.
+        problem: The same, but with no more time than the drop tower leaves.
         written: The maneuver within the drop tower's limits.
         optimum: The same for a robot as filed; None: `written` is.
         unlimited: What only time and the joints' ranges limit; None: there are no other limits.
@@ -64,6 +65,7 @@ class TogetherProposal:
         checked: The written maneuver against sequencer and drop tower.
     """
 
+    asked_time_limit_s: float
     problem: Problem
     written: OverlappingManeuver
     optimum: OverlappingManeuver | None
@@ -103,9 +105,13 @@ def propose_together(
     Raises:
         DesignError: the settings do not fit the robot, or its file states no uncertainty for `settings.robust`.
     """
+    room = _tower_room(robot)
+    free = OverlappingStrokes(Problem.of(robot, settings))
+    # All but the comparison without the tower is to be flown: its time is the tower's.
+    if room is not None:
+        settings = replace(settings, time_limit_s=min(settings.time_limit_s, room.max_moving_s))
     sequential = design(robot, settings)
-    problem, room = sequential.problem, _tower_room(robot)
-    free = OverlappingStrokes(problem)
+    problem = sequential.problem
     summits = free.summits(settings.seed, progress=lambda share: progress(0.4 * share))
     space, unlimited = free, None
     # Summits without the tower's limits lead to some of those within.
@@ -124,7 +130,8 @@ def propose_together(
             return np.array([spread(candidate).less(k) for candidate in np.moveaxis(candidates, 2, 0)])
 
         optimum = replace(written, spread=spread(space.carry_to_grid(summits[0])))
-        best = space.carry_to_grid(space.climb(summits[0], worth), worth)
+        start = max(summits, key=lambda summit: float(worth(space.candidates(summit[:, None]))[0]))
+        best = space.carry_to_grid(space.climb(start, worth), worth)
         written = replace(_maneuver(space, best), spread=spread(best))
     best_sequential = sequential.optimum if sequential.robust is None else sequential.robust.maneuver
     maneuver = Maneuver(
@@ -133,6 +140,7 @@ def propose_together(
         name=f"designed: joints together for {robot.name}, {written.reorientation_deg:.3f} deg",
     )
     return TogetherProposal(
+        free.problem.time_limit_s,
         problem,
         written,
         optimum,
@@ -186,10 +194,11 @@ def _format_maneuver(proposal: TogetherProposal) -> str:
 
 
 def _format_reorientation(proposal: TogetherProposal) -> str:
-    written = proposal.written
+    written, is_shorter = proposal.written, proposal.problem.time_limit_s < proposal.asked_time_limit_s
+    of_tower = f", the drop tower's; asked for: {proposal.asked_time_limit_s:g} s" if is_shorter else ""
     return (
         f"{written.reorientation_deg:.3f} deg in {written.duration_s:.4f} s "
-        f"(time limit {proposal.problem.time_limit_s:g} s)"
+        f"(time limit {proposal.problem.time_limit_s:g} s{of_tower})"
     )
 
 
@@ -225,6 +234,7 @@ TOGETHER: Columns = (
     Column("", "Maneuver", words=_format_maneuver),
     Column("", "Reorientation", words=_format_reorientation),
     *columns_of("written", _OVERLAPPING),
+    *fields("time_limit_s=problem.time_limit_s asked_time_limit_s"),
     Column("joints", of=lambda proposal: [joint + 1 for joint in proposal.problem.joints]),
     Column("sequential", "One joint at a time", words=_format_sequential, columns=CANDIDATE),
     *fields("gain_deg"),
