@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.history import ServoMotion, history_of
 from tfsat_host.dynamics.propagate import Propagation
@@ -58,22 +58,20 @@ class OverlappingStrokes:
     room: TowerRoom | None = None
 
     def candidates(self, unit: FloatArray) -> FloatArray:
-        """(3, d, b) of points (3 d, b) of the unit box, each of which keeps ranges and time."""
+        """Return the candidates (3, d, b) of points (3 d, b) of the unit box: each keeps ranges and time."""
         problem = self.problem
         size, early, late = unit.reshape(3, len(problem.joints), -1)
-        most = np.minimum(problem.sides_rad, self._farthest_rad()[:, None])
+        most = np.minimum(problem.sides_rad, problem.farthest_rad(0.5 * problem.time_limit_s)[:, None])
         displacement = size * most.sum(axis=1, keepdims=True) - most[:, :1]
         # Shares of the time that the strokes leave: before the way out, then before the way back.
         stroke = problem.stroke_s(np.abs(displacement))
-        out = early * (self.problem.time_limit_s - 2.0 * stroke)
-        back = out + stroke + late * (self.problem.time_limit_s - 2.0 * stroke - out)
+        remaining = problem.time_limit_s - 2.0 * stroke
+        out = early * remaining
+        back = out + stroke + late * (remaining - out)
         return np.stack([displacement, out, back])
 
-    def _farthest_rad(self) -> FloatArray:
-        return self.problem.farthest_rad(0.5 * self.problem.time_limit_s)
-
     def strokes(self, candidate: FloatArray) -> list[PlannedStroke]:
-        """Strokes of a candidate (3, d) in the order of their starts; a joint that stands has none."""
+        """Return the strokes of a candidate (3, d) in the order of their starts; a joint that stands has none."""
         strokes = [
             PlannedStroke(joint, sign * displacement, DEFAULT_PAUSE_S + start)
             for joint, (displacement, *starts) in zip(self.problem.joints, candidate.T.tolist(), strict=True)
@@ -82,8 +80,8 @@ class OverlappingStrokes:
         ]
         return sorted(strokes, key=lambda stroke: (round(stroke.start_s, 9), stroke.joint))
 
-    def keep_limits(self, candidates: FloatArray) -> FloatArray:
-        """(b,) whether candidates (3, d, b) keep the joints' ranges, their order of strokes and the time."""
+    def keep_limits(self, candidates: FloatArray) -> BoolArray:
+        """Return for candidates (3, d, b) whether they keep ranges, the order of each joint's strokes and the time."""
         displacement, out, back = candidates
         stroke = self.problem.stroke_s(np.abs(displacement)) - 1e-9
         below, above = self.problem.sides_rad.T[..., None] + 1e-9
@@ -92,9 +90,9 @@ class OverlappingStrokes:
         return np.asarray(kept.all(axis=0))
 
     def fly(self, candidates: FloatArray, instants: int = INSTANTS) -> tuple[FloatArray, FloatArray]:
-        """Rotation vectors (3, b) of the base in candidates (3, d, b), and the room (m, b) that the tower leaves, mm.
+        """Return rotation vectors (3, b) of the base by candidates (3, d, b), and the room (m, b) in the tower, mm.
 
-        `instants` are looked at beside those at which a servo's acceleration changes.
+        The room is that of `instants`, and of those at which a servo's acceleration changes.
         """
         problem, count = self.problem, candidates.shape[2]
         displacement, out, back = candidates
@@ -126,7 +124,7 @@ class OverlappingStrokes:
         starts: Iterable[FloatArray] = (),
         progress: Callable[[float], None] = lambda _done: None,
     ) -> list[FloatArray]:
-        """Points (3 d,) of the unit box where the reorientation is at a maximum, best first.
+        """Find points (3 d,) of the unit box where the reorientation is at a maximum, best first.
 
         Args:
             seed: Of the evolution's random numbers, from 0: the same summits to the last bit.
@@ -141,18 +139,19 @@ class OverlappingStrokes:
         return [climbed[number] for number in np.argsort(losses, kind="stable")]
 
     def _loss(self, candidates: FloatArray, worth: Worth | None = None, instants: int = 0) -> FloatArray:
-        """(b,) what is minimized, rad: less the worth, and a penalty beyond the tower's limits."""
+        """Compute what is minimized, (b,) rad: a penalty beyond the tower's limits, less the worth."""
         turned, room_mm = self.fly(candidates, instants)
         value = np.linalg.norm(turned, axis=0) if worth is None else worth(candidates)
         return np.asarray(_PENALTY_RAD_MM * np.maximum(0.0, -room_mm.min(axis=0)) - value)
 
     def _evolve(self, rng: np.random.Generator) -> FloatArray:
-        """(3 d,) the best point of the unit box after a differential evolution (Storn and Price, 1997, best/1/bin)."""
+        """Return the best point (3 d,) after a differential evolution (R. Storn, K. Price, 1997: best/1/bin)."""
         numbers = 3 * len(self.problem.joints)
         members = rng.random((numbers, _MEMBERS_A_NUMBER * numbers))
         losses, each = self._loss(self.candidates(members)), np.arange(members.shape[1])
         for _ in range(_GENERATIONS):
             one, other = members[:, rng.permutation(each)], members[:, rng.permutation(each)]
+            # Shift the best member by the difference of two others.
             mutants = members[:, [losses.argmin()]] + rng.uniform(0.5, 1.0) * (one - other)
             # What leaves the box is drawn anew.
             outside = (mutants < 0.0) | (mutants > 1.0)
@@ -167,7 +166,7 @@ class OverlappingStrokes:
         return np.asarray(members[:, losses.argmin()])
 
     def climb(self, start: FloatArray, worth: Worth | None = None) -> FloatArray:
-        """(3 d,) the summit above a point of the unit box."""
+        """Climb from a point (3 d,) of the unit box to the summit above it, or of what is worth most."""
         latest: dict[bytes, tuple[float, FloatArray, FloatArray, FloatArray]] = {}
 
         def evaluate(unit: FloatArray) -> tuple[float, FloatArray, FloatArray, FloatArray]:
@@ -183,16 +182,13 @@ class OverlappingStrokes:
                 latest[unit.tobytes()] = float(-value[0]), slopes[0], room_mm[:, 0], slopes[1]
             return latest[unit.tobytes()]
 
-        def loss(unit: FloatArray) -> float:
-            return evaluate(unit)[0]
-
-        def slope(unit: FloatArray) -> FloatArray:
-            return evaluate(unit)[1]
+        def loss(unit: FloatArray) -> tuple[float, FloatArray]:
+            return evaluate(unit)[:2]
 
         summit = optimize.minimize(
             loss,
             start,
-            jac=slope,
+            jac=True,
             method="SLSQP",
             bounds=optimize.Bounds(np.zeros_like(start), np.ones_like(start)),
             constraints=optimize.NonlinearConstraint(
@@ -203,23 +199,24 @@ class OverlappingStrokes:
         return np.asarray(np.clip(summit.x, 0.0, 1.0))
 
     def carry_to_grid(self, point: FloatArray, worth: Worth | None = None) -> FloatArray:
-        """(3, d) the best candidate near a point (3 d,), in hundredths of a degree and on the sequencer's grid."""
+        """Return the best candidate (3, d) near a point (3 d,), on the grids of times and hundredths of a degree."""
         joints = len(self.problem.joints)
         place = self._nearest_on_grid(self.candidates(point[:, None]))
         best = self._loss(place * _GRID, worth, INSTANTS)[0]
+        # Go to the best neighbour while it is better, then look closer.
         for size_deg in _COMPASS_DEG:
             steps = _compass(joints, round(CDEG_PER_DEG * size_deg), pairs=worth is None)
             while True:
                 near = place + steps
                 near = near[..., self.keep_limits(near * _GRID)]
                 losses = self._loss(near * _GRID, worth, INSTANTS)
-                if not losses.min(initial=math.inf) < best - _NOTHING_RAD:
+                if not losses.min() < best - _NOTHING_RAD:
                     break
                 best, place = losses.min(), near[..., [int(losses.argmin())]]
         return np.asarray((place * _GRID)[..., 0])
 
     def _nearest_on_grid(self, candidate: FloatArray) -> FloatArray:
-        """(3, d, 1) whole numbers of `_GRID` that keep all limits, near a candidate (3, d, 1)."""
+        """Return whole numbers of `_GRID` near a candidate (3, d, 1) that keep its limits."""
         size, out, back = np.rint(candidate / _GRID)
         while True:
             stroke = self.problem.stroke_s(np.abs(size * _GRID[0])) - 1e-9
@@ -233,11 +230,9 @@ class OverlappingStrokes:
 
 
 def _compass(joints: int, size: int, *, pairs: bool) -> FloatArray:
-    """(3, d, b) steps of one number, and of two at once."""
+    """Return steps (3, d, b): none, of one number, and of two at once."""
     numbers = 3 * joints
-    scale = np.repeat([size, 1, 1], joints)
-    single = np.concatenate([np.eye(numbers), -np.eye(numbers)])
-    steps = [*single]
+    steps = [np.zeros(numbers), *np.eye(numbers), *-np.eye(numbers)]
     if pairs:
-        steps += [a + b for a, b in itertools.combinations(single, 2) if (a + b).any()]
-    return np.asarray((np.array(steps) * scale).T.reshape(3, joints, -1))
+        steps = [one + other for one, other in itertools.combinations(steps, 2)]
+    return np.asarray((np.array(steps) * np.repeat([size, 1, 1], joints)).T.reshape(3, joints, -1))

@@ -17,7 +17,7 @@ from tfsat_host.plan.design_result import CANDIDATE
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.plan.loops import format_sequence
 from tfsat_host.plan.maneuver_design import Candidate, design
-from tfsat_host.plan.problem import DesignSettings, Problem
+from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.robust import Spread, Uncertain
 from tfsat_host.plan.together import OverlappingStrokes
 from tfsat_host.plan.tower_room import TowerRoom
@@ -161,6 +161,10 @@ def _tower_room(robot: RobotModel) -> TowerRoom | None:
 def _maneuver(space: OverlappingStrokes, candidate: FloatArray) -> OverlappingManeuver:
     turned, _ = space.fly(candidate[..., None])
     alpha_deg = np.round(np.degrees(candidate[0]), 2) + 0.0
+    if not alpha_deg.any():
+        raise DesignError(
+            "time limit", "In the time that the sequencer's grid leaves no joint turns by 0.01 deg."
+        )
     # From the first start to the last arrival of the joints that move.
     ends_s = candidate[2] + space.problem.stroke_s(np.abs(candidate[0]))
     moves = alpha_deg != 0.0

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics import Multibody, quaternion
-from tfsat_host.dynamics.components import matmul, matvec
-from tfsat_host.dynamics.poses import place
+from tfsat_host.dynamics import Multibody
 from tfsat_host.maneuver.maneuver import DEFAULT_PAUSE_S
 from tfsat_host.plan.facility import DropTower, vertical_travel_mm
+from tfsat_host.plan.reach_envelope import reach_of_bodies_mm
 from tfsat_host.plan.tower_checks import release_velocities_mm_s
 from tfsat_host.robot import RobotModel
 
@@ -57,18 +56,7 @@ class TowerRoom:
             attitude: (4, m, b) of the base, from its axes to those at the release.
         """
         robot, tower = self.robot, self.tower
-        placed = place(body, body.columns(2), angles_rad)
-        # In free fall the common center of mass keeps to a straight line: count from it.
-        com = [bodily.at(point[:, None, None]) for bodily, point in zip(placed, body.com_m, strict=True)]
-        center = sum(mass * point for mass, point in zip(body.mass_kg, com, strict=True)) / body.mass_kg.sum()
-        turn = quaternion.to_matrix(attitude)
-        reach_mm = []
-        for bodily, origin, corners in zip(placed, robot.origin_m, robot.shape_m, strict=True):
-            # Corners k in axes that do not turn, whose z is the line of fall: (k, 3, m, b).
-            rotation = matmul(turn, np.broadcast_to(bodily.rotation, (3, 3, *t_s.shape)))
-            shift = matvec(turn, bodily.translation - center)
-            reach_mm.append(1e3 * (np.tensordot(origin + corners, rotation, axes=(1, 1)) + shift))
-        x, y, z = np.concatenate(reach_mm).swapaxes(0, 1)
+        x, y, z = np.concatenate(reach_of_bodies_mm(robot, body, angles_rad, attitude)).swapaxes(0, 1)
         slowest, fastest = release_velocities_mm_s(tower, float(robot.mass_kg.sum()))
         top, bottom = z.max(axis=0), z.min(axis=0)
         sideways = self.max_radius_mm - np.sqrt((x * x + y * y).max(axis=0))
