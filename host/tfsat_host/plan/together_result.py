@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,11 +12,12 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.maneuver import Maneuver, Stroke
 from tfsat_host.maneuver.schedule import STROKES
+from tfsat_host.plan import maneuver_design
 from tfsat_host.plan.checked_maneuver import CHECKED, CheckedManeuver, check_design
 from tfsat_host.plan.design_result import CANDIDATE
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.plan.loops import format_sequence
-from tfsat_host.plan.maneuver_design import Candidate, design
+from tfsat_host.plan.maneuver_design import Candidate
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.robust import Spread, Uncertain
 from tfsat_host.plan.together import OverlappingStrokes
@@ -110,7 +111,7 @@ def propose_together(
     # All but the comparison without the tower is to be flown: its time is the tower's.
     if room is not None:
         settings = replace(settings, time_limit_s=min(settings.time_limit_s, room.max_moving_s))
-    sequential = design(robot, settings)
+    sequential = maneuver_design.design(robot, settings)
     problem = sequential.problem
     summits = free.summits(settings.seed, progress=lambda share: progress(0.4 * share))
     space, unlimited = free, None
@@ -121,18 +122,8 @@ def propose_together(
         summits = space.summits(settings.seed, summits, lambda share: progress(0.6 * share))
     written, optimum = _maneuver(space, space.carry_to_grid(summits[0])), None
     if sequential.robust is not None and robot.uncertainty is not None:
-        uncertain, k = Uncertain(robot, robot.uncertainty), settings.robust
-
-        def spread(candidate: FloatArray) -> Spread:
-            return uncertain.spread_in_time(space.strokes(candidate), problem.speed_rad_s)
-
-        def worth(candidates: FloatArray) -> FloatArray:
-            return np.array([spread(candidate).less(k) for candidate in np.moveaxis(candidates, 2, 0)])
-
-        optimum = replace(written, spread=spread(space.carry_to_grid(summits[0])))
-        start = max(summits, key=lambda summit: float(worth(space.candidates(summit[:, None]))[0]))
-        best = space.carry_to_grid(space.climb(start, worth), worth)
-        written = replace(_maneuver(space, best), spread=spread(best))
+        uncertain = Uncertain(robot, robot.uncertainty)
+        written, optimum = _most_robust(space, summits, uncertain, settings.robust)
     best_sequential = sequential.optimum if sequential.robust is None else sequential.robust.maneuver
     maneuver = Maneuver(
         written.strokes,
@@ -156,6 +147,27 @@ def _tower_room(robot: RobotModel) -> TowerRoom | None:
     """Without pulses the robot falls in no tower; without outlines its reach is unknown."""
     has_shapes = all(len(shape) for shape in robot.shape_m)
     return TowerRoom(robot, load_tower()) if robot.has_sequencer and has_shapes else None
+
+
+def _most_robust(
+    space: OverlappingStrokes, summits: Sequence[FloatArray], uncertain: Uncertain, k: float
+) -> tuple[OverlappingManeuver, OverlappingManeuver]:
+    """Return the maneuver of the greatest mean less K standard deviations, and the optimum, both with their spread."""
+
+    def spread(candidate: FloatArray) -> Spread:
+        return uncertain.spread_in_time(space.strokes(candidate), space.problem.speed_rad_s)
+
+    def worth(candidates: FloatArray) -> FloatArray:
+        return np.array([spread(candidate).less(k) for candidate in np.moveaxis(candidates, 2, 0)])
+
+    # Climb on from the nominal summit that is worth most.
+    start = max(summits, key=lambda summit: float(worth(space.candidates(summit[:, None]))[0]))
+    best = space.carry_to_grid(space.climb(start, worth), worth)
+    robust, optimum = (
+        replace(_maneuver(space, candidate), spread=spread(candidate))
+        for candidate in (best, space.carry_to_grid(summits[0]))
+    )
+    return robust, optimum
 
 
 def _maneuver(space: OverlappingStrokes, candidate: FloatArray) -> OverlappingManeuver:
