@@ -9,13 +9,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from tfsat_host.arrays import FloatArray
 from tfsat_host.config import ConfigKind, Table, read_config
 from tfsat_host.errors import TfsatError
 from tfsat_host.robot import default_robot_path
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
+
+if TYPE_CHECKING:
+    from tfsat_host.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +88,7 @@ def pause_s(clearance_mm: float, slowest_mm_s: float) -> float:
     return clearance_mm / slowest_mm_s
 
 
-_Duration = TypeVar("_Duration", float, FloatArray)
+_Duration = TypeVar("_Duration", float, "FloatArray")
 
 
 def vertical_travel_mm(
