@@ -15,7 +15,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import sentences, show_facts, show_table
-from tfsat_host.quantity import record
+from tfsat_host.quantity import Columns, Table, record
 
 if TYPE_CHECKING:
     from tfsat_host.plan.problem import DesignSettings
@@ -35,6 +35,7 @@ what is asked for:
 --time-limit S   time of all strokes together, s (default 1.5; the paper's 59/70 takes 1.532)
 --speed DEG_S    average joint speed, deg/s (default: the servos')
 --limit DEG,DEG  greatest displacement of each of the joints, deg
+--together       let strokes of different joints overlap, within the drop tower's limits
 --robust K       the greatest mean less K standard deviations over the file's [uncertainty]
 --penalty P      P, deg/s^2 of overtime (default 1e11)
 particle swarm:
@@ -79,26 +80,48 @@ def run(args: argparse.Namespace, out: Output) -> int:
     path = args.out or _DEFAULT_FILE
     if args.learn is not None:
         return show_learning(args, path, out)
+    if args.together and (args.swarm or args.alternating):
+        raise UsageError(
+            what="--together was given with --swarm or --alternating: the swarm moves one joint at a time.",
+            meaning="Nothing was designed.",
+            next_step=Advice(NextStep("design", ("--together",))),
+        )
     check_may_write(path, marker=_MARKER, force=args.force)
     robot = load_robot(args.robot)
 
-    from tfsat_host.plan.design_result import PROPOSAL, candidate_table, conclusions, propose, warnings
+    from tfsat_host.plan import design_result, together_result
+    from tfsat_host.plan.checked_maneuver import flight_warnings, verdict_and_next_step
     from tfsat_host.plan.maneuver_design import design
 
+    settings, robot_option = _settings(args), () if args.robot is None else ("--robot", str(args.robot))
     with out.progress("Designing the maneuver", total=1.0) as advance:
-        best_design = design(robot, _settings(args), advance)
-    proposal = propose(best_design, robot, path, swarm=args.swarm)
-    file = OutputFile(path, _MARKER, lambda place: write_maneuver(proposal.maneuver, place))
-    write_all([file], force=args.force)
-    out.warn_each(() if args.json else warnings(proposal))
+        if args.together:
+            overlapping = together_result.propose_together(robot, settings, path, advance)
+            checked, cautions = overlapping.checked, flight_warnings(overlapping.checked)
+            closing = verdict_and_next_step(checked, robot_option)
+            shown: tuple[Columns, object, Table] = (
+                together_result.TOGETHER,
+                overlapping,
+                together_result.stroke_table(overlapping),
+            )
+        else:
+            proposal = design_result.propose(design(robot, settings, advance), robot, path, swarm=args.swarm)
+            checked, cautions = proposal.checked, design_result.warnings(proposal)
+            closing = design_result.conclusions(proposal, robot_option)
+            shown = design_result.PROPOSAL, proposal, design_result.candidate_table(proposal)
+    write_all(
+        [OutputFile(path, _MARKER, lambda place: write_maneuver(checked.maneuver, place))], force=args.force
+    )
+    out.warn_each(() if args.json else cautions)
 
     def show_proposal() -> None:
-        show_facts(PROPOSAL, proposal, out)
-        show_table(candidate_table(proposal), out)
-        sentences(conclusions(proposal, () if args.robot is None else ("--robot", str(args.robot))), out)
+        columns, row, table = shown
+        show_facts(columns, row, out)
+        show_table(table, out)
+        sentences(closing, out)
 
-    out.result(record(PROPOSAL, proposal), show_proposal)
-    return ExitCode.DATA_LOSS if proposal.failed else 0
+    out.result(record(*shown[:2]), show_proposal)
+    return 0 if checked.may_fly else ExitCode.DATA_LOSS
 
 
 def _settings(args: argparse.Namespace) -> DesignSettings:

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 # Options of `design` that a grid has no use for.
 _SEARCH_ONLY = (
-    "time-limit robust penalty seed particles iterations inertia own-best best-of-all alternating swarm"
+    "time-limit robust penalty seed particles iterations inertia own-best best-of-all alternating swarm "
+    "together"
 )
 _SLOW_BELOW_DEG = 1.0  # finer grids take longer than a moment
 
@@ -104,7 +105,8 @@ def _check_options(args: argparse.Namespace) -> None:
 
 _MARKER = b'name = "to learn: '
 _USELESS = (
-    "joints time-limit speed limit robust penalty seed particles iterations inertia own-best best-of-all"
+    "joints time-limit speed limit robust penalty seed particles iterations inertia own-best best-of-all "
+    "together"
 )
 _MAX_SHOWN_LESSONS = 3
 

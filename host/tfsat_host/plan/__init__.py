@@ -1,6 +1,7 @@
 """What to fly, and whether it may be flown.
 
-design        the loop of strokes that turns a robot farthest in a given time: `problem`, `loops`, `swarm`
+design        the loop of strokes that turns a robot farthest in a given time: `problem`, `loops`, `swarm`,
+              `optimum`; joints that move `together`, in the room that the tower leaves (`tower_room`)
 sensitivity   how sure a rotation is: `parameters` and their errors, `study` (here or on a `cluster`)
 orbit         `orbit`: primitives, chains of them planned and polished, a flight with feedback; loops on a `grid`
 facility      a drop tower's file and release, the `reach_envelope` of a maneuver, and `tower_checks` of both

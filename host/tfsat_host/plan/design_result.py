@@ -9,15 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
-from tfsat_host.maneuver.schedule import STROKES as SCHEDULED
-from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.plan.facility import load_tower
+from tfsat_host.plan.checked_maneuver import (
+    CHECKED,
+    CheckedManeuver,
+    check_design,
+    flight_warnings,
+    verdict_and_next_step,
+)
 from tfsat_host.plan.loops import format_sequence
 from tfsat_host.plan.maneuver_design import Candidate, Design, Robust, scheduled_candidate
-from tfsat_host.plan.reach_envelope import EnvelopeError, envelope_of
-from tfsat_host.plan.tower_checks import CHECK, Check, TowerReport, check_maneuver
 from tfsat_host.quantity import Column, Columns, Table, columns_of, fields, number, vector
 from tfsat_host.robot import RobotModel
 
@@ -32,30 +33,13 @@ class Proposal:
 
     Attributes:
         design: What was found.
-        robot: For whom.
         written: The choice as it is commanded.
-        maneuver: To be written.
-        path: Where it is written.
-        schedule: Its times; None if no sequencer commands the robot, or it would refuse.
-        refusal: Why it would.
-        tower: Against the drop tower; None without a schedule or without outlines.
-        notices: What else a person should know.
+        checked: Its maneuver, against sequencer and drop tower.
     """
 
     design: Design
-    robot: RobotModel
     written: Candidate
-    maneuver: Maneuver
-    path: Path
-    schedule: Schedule | None = None
-    refusal: str = ""
-    tower: TowerReport | None = None
-    notices: tuple[str, ...] = ()
-
-    @property
-    def failed(self) -> list[Check]:
-        """The checks that did not pass."""
-        return [] if self.tower is None else self.tower.failed
+    checked: CheckedManeuver
 
 
 def propose(design: Design, robot: RobotModel, path: Path, *, swarm: bool) -> Proposal:
@@ -69,26 +53,7 @@ def propose(design: Design, robot: RobotModel, path: Path, *, swarm: bool) -> Pr
     name = (
         f"designed: {format_sequence(written.sequence)} for {robot.name}, {written.reorientation_deg:.3f} deg"
     )
-    proposal = Proposal(design, robot, written, design.maneuver(chosen, name), path)
-    # Without pulses in the robot file no board flies it: neither sequencer nor drop tower matters.
-    if not robot.has_sequencer:
-        return proposal
-    try:
-        schedule = schedule_maneuver(proposal.maneuver)
-    except ManeuverError as error:
-        # A refused design is still shown and written, with the reason.
-        return replace(proposal, refusal=error.what)
-    proposal = replace(proposal, schedule=schedule, notices=servo_speed_notices(schedule, robot.path))
-    tower = load_tower()
-    try:
-        envelope = envelope_of(robot, schedule, until_s=tower.fall_s)
-    except EnvelopeError as error:
-        # Without outlines the reach is unknown: that is a notice, not a failed check.
-        return replace(
-            proposal, notices=(*proposal.notices, f"Not checked against the drop tower: {error.what}")
-        )
-    checks = check_maneuver(schedule, robot, tower, envelope)
-    return replace(proposal, tower=TowerReport(schedule, robot, tower, envelope, checks))
+    return Proposal(design, written, check_design(robot, design.maneuver(chosen, name), path))
 
 
 def paper_candidate(proposal: Proposal) -> Candidate | None:
@@ -97,7 +62,7 @@ def paper_candidate(proposal: Proposal) -> Candidate | None:
     displacements = np.zeros(len(problem.joints))
     displacements[:2] = np.radians(PAPER_ANGLES_DEG)
     is_possible = (
-        proposal.robot.has_sequencer
+        proposal.checked.robot.has_sequencer
         and problem.joints[:2] == (0, 1)
         and bool((displacements <= problem.limit_rad).all())
     )
@@ -105,7 +70,7 @@ def paper_candidate(proposal: Proposal) -> Candidate | None:
     return paper if paper is not None and paper.duration_s > problem.time_limit_s else None
 
 
-_CANDIDATE: Columns = (
+CANDIDATE: Columns = (
     Column("alpha_deg", "displacements", form=".2f"),
     Column("sequence", "sequence", words=lambda candidate: format_sequence(candidate.sequence)),
     *fields("rotation_vector_deg"),
@@ -114,17 +79,17 @@ _CANDIDATE: Columns = (
     Column("efficiency", "turn per travel", form=".4f"),
 )
 _SWARM: Columns = (
-    *columns_of("swarm", _CANDIDATE),
+    *columns_of("swarm", CANDIDATE),
     Column("best_objective_deg", of=lambda design: np.degrees(design.search.best_values)),
     *fields("evaluations=search.evaluations"),
 )
 _OPTIMUM: Columns = (
-    *columns_of("optimum", _CANDIDATE),
+    *columns_of("optimum", CANDIDATE),
     Column("gain_deg_per_s", of=lambda design: math.degrees(design.summit.gain_rad_s)),
     *fields("gradient_left_deg_per_deg=summit.residual summits_climbed=summits"),
 )
 _ROBUST: Columns = (
-    *columns_of("maneuver", _CANDIDATE),
+    *columns_of("maneuver", CANDIDATE),
     *fields("k mean_deg=spread.mean_rad std_deg=spread.std_rad"),
     *fields("optimum_mean_deg=of_optimum.mean_rad optimum_std_deg=of_optimum.std_rad"),
 )
@@ -161,12 +126,6 @@ def _format_robust(robust: Robust | None) -> str:
     return f"{robust_text}; the optimum: {optimum_text}"
 
 
-def _format_file(proposal: Proposal) -> str:
-    if proposal.schedule is None:
-        return str(proposal.path)
-    return f"{proposal.path} (ends {proposal.schedule.end_s:.2f} s after release)"
-
-
 PROPOSAL: Columns = (
     Column("", "Maneuver", words=_format_maneuver),
     Column(
@@ -177,7 +136,7 @@ PROPOSAL: Columns = (
             f"(time limit {proposal.design.problem.time_limit_s:g} s)"
         ),
     ),
-    *(replace(column, label="") for column in columns_of("written", _CANDIDATE)),
+    *(replace(column, label="") for column in columns_of("written", CANDIDATE)),
     Column("joints", of=lambda proposal: [joint + 1 for joint in proposal.design.problem.joints]),
     Column(
         "swarm", "Swarm", of="design", words=lambda proposal: _format_swarm(proposal.design), columns=_SWARM
@@ -197,14 +156,7 @@ PROPOSAL: Columns = (
         words=lambda proposal: _format_robust(proposal.design.robust),
         columns=_ROBUST,
     ),
-    Column("file", "Written", of="path", words=_format_file),
-    Column("schedule", of="schedule.strokes", columns=SCHEDULED),
-    *fields("end_s=schedule.end_s"),
-    Column("sequencer_refuses", of=lambda proposal: proposal.refusal or None),
-    Column(
-        "checks", of=lambda proposal: () if proposal.tower is None else proposal.tower.checks, columns=CHECK
-    ),
-    *fields("notices"),
+    *columns_of("checked", CHECKED),
 )
 """A proposal as `tfsat-host design` shows it: all of it in `--json`, what has a label as facts for people."""
 
@@ -226,7 +178,7 @@ def candidate_table(proposal: Proposal) -> Table:
         "paper's 59/70": paper,
     }
     rows = [_Row(name, found) for name, found in candidates.items() if found is not None]
-    return Table("", (Column("name", "maneuver"), *columns_of("candidate", _CANDIDATE)), rows)
+    return Table("", (Column("name", "maneuver"), *columns_of("candidate", CANDIDATE)), rows)
 
 
 def conclusions(proposal: Proposal, robot_option: tuple[str, ...]) -> Iterator[str]:
@@ -239,14 +191,7 @@ def conclusions(proposal: Proposal, robot_option: tuple[str, ...]) -> Iterator[s
             "With as much time: ",
             NextStep("design", ("--time-limit", longer_s, *robot_option)),
         )
-    if proposal.tower is not None:
-        yield proposal.tower.verdict
-    if proposal.schedule is None:
-        yield Advice("Next: ", NextStep("simulate", ("--file", str(proposal.path), *robot_option)))
-    elif proposal.failed:
-        yield "Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed."
-    else:
-        yield Advice("Next: ", NextStep("upload-sequence", ("--file", str(proposal.path))))
+    yield from verdict_and_next_step(proposal.checked, robot_option)
 
 
 def warnings(proposal: Proposal) -> Iterator[str]:
@@ -257,7 +202,4 @@ def warnings(proposal: Proposal) -> Iterator[str]:
             f"The swarm takes {design.swarm.duration_s:.3f} s, longer than the time limit of "
             f"{design.problem.time_limit_s:g} s: its penalty is too small to keep it."
         )
-    yield from proposal.notices
-    yield from (f"The check {check.name} failed: {check.sentence}" for check in proposal.failed)
-    if proposal.refusal:
-        yield f"The drop robot's sequencer would refuse it: {proposal.refusal}"
+    yield from flight_warnings(proposal.checked)

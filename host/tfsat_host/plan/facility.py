@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from tfsat_host.config import ConfigKind, Table, read_config
 from tfsat_host.errors import TfsatError
 from tfsat_host.robot import default_robot_path
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
+
+if TYPE_CHECKING:
+    from tfsat_host.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +88,13 @@ def pause_s(clearance_mm: float, slowest_mm_s: float) -> float:
     return clearance_mm / slowest_mm_s
 
 
-def vertical_travel_mm(release_mm_s: float, duration_s: float, residual_acceleration_g: float = 0.0) -> float:
-    """Way of the robot down the test space, mm: v0 t + a t^2 / 2.
+_Duration = TypeVar("_Duration", float, "FloatArray")
+
+
+def vertical_travel_mm(
+    release_mm_s: float, duration_s: _Duration, residual_acceleration_g: float = 0.0
+) -> _Duration:
+    """Way of the robot down the test space in times of any shape, mm: v0 t + a t^2 / 2.
 
     `residual_acceleration_g` is the capsule's lag behind free fall, in units of standard gravity; the
     paper neglects it.

@@ -20,10 +20,11 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics import Multibody, poses
+from tfsat_host.dynamics import Multibody, quaternion
+from tfsat_host.dynamics.components import matmul, matvec
+from tfsat_host.dynamics.poses import place
 from tfsat_host.dynamics.simulation import arrivals_s, fly
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
@@ -47,6 +48,7 @@ class Envelope:
     Attributes:
         body_names: n names.
         t_s: (m,) from release, rising.
+        angles_rad: (m, n - 1) joint angles.
         radius_mm: (m, n) greatest distance of each body from the vertical line through the CoM.
         top_mm: (m,) height of the highest point above the CoM.
         bottom_mm: (m,) height of the lowest point, negative below the CoM.
@@ -54,6 +56,7 @@ class Envelope:
 
     body_names: tuple[str, ...]
     t_s: FloatArray
+    angles_rad: FloatArray
     radius_mm: FloatArray
     top_mm: FloatArray
     bottom_mm: FloatArray
@@ -183,29 +186,44 @@ def envelope_of_motion(
 
     The motion is given by joint angles (m, n - 1) and attitudes (m, 4) of `body`'s base at times `t_s`.
     """
-    rotation, translation = poses(body, angles_rad)
-    # m: instants, n: bodies, i and j: axes. Centers of mass in base axes.
-    com = np.einsum("mnij,nj->mni", rotation, body.com_m) + translation
-    # The common center of mass is the origin: in free fall it keeps to a straight line.
-    center = np.einsum("n,mni->mi", body.mass_kg, com) / body.mass_kg.sum()
-    attitude = Rotation.from_quat(quaternion_xyzw).as_matrix()
-    radii, heights = [], []
-    for i, (origin, corners) in enumerate(zip(robot.origin_m, robot.shape_m, strict=True)):
-        # Corners k of one body: global at zero angles, then by the body's pose to base axes.
-        in_base = np.einsum("mij,kj->mki", rotation[:, i], origin + corners) + translation[:, i, None]
-        # To axes that do not turn, whose z is the line of fall.
-        reach_mm = 1e3 * np.einsum("mij,mkj->mki", attitude, in_base - center[:, None])
-        # The hull of the corners holds the body, and its farthest point is a corner.
-        radii.append(np.hypot(reach_mm[..., 0], reach_mm[..., 1]).max(axis=1))
-        heights.append(reach_mm[..., 2])
-    height_mm = np.concatenate(heights, axis=1)
+    reach_mm = reach_of_bodies_mm(robot, body, angles_rad.T, quaternion_xyzw.T)
+    height_mm = np.concatenate([reach[:, 2] for reach in reach_mm])
     return Envelope(
         body_names=robot.body_names,
         t_s=t_s,
-        radius_mm=np.stack(radii, axis=1),
-        top_mm=height_mm.max(axis=1),
-        bottom_mm=height_mm.min(axis=1),
+        angles_rad=angles_rad,
+        radius_mm=np.stack([np.hypot(reach[:, 0], reach[:, 1]).max(axis=0) for reach in reach_mm], axis=1),
+        top_mm=height_mm.max(axis=0),
+        bottom_mm=height_mm.min(axis=0),
     )
+
+
+def reach_of_bodies_mm(
+    robot: RobotModel, body: Multibody, angles_rad: FloatArray, attitude: FloatArray
+) -> list[FloatArray]:
+    """Return each body's corners (k, 3, ...), counted from the system's CoM in axes that do not turn; z is up.
+
+    The hull of the corners holds the body, and its farthest point is a corner. `angles_rad` (n - 1, ...) and attitudes
+    (4, ...) of the base have any number of axes.
+    """
+    placed = place(body, body.columns(attitude.ndim - 1), angles_rad)
+    ones = (1,) * (attitude.ndim - 1)
+    # The common center of mass is the origin: in free fall it keeps to a straight line.
+    shares = body.mass_kg / body.mass_kg.sum()
+    center = sum(
+        (
+            share * at.at(com.reshape(3, *ones))
+            for share, at, com in zip(shares, placed, body.com_m, strict=True)
+        ),
+        np.zeros((3, *ones)),
+    )
+    turn = quaternion.to_matrix(attitude)
+    reach_mm = []
+    for at, origin, corners in zip(placed, robot.origin_m, robot.shape_m, strict=True):
+        # Corners are global at zero angles; by the body's pose to base axes, by the attitude to those of the release.
+        rotation, shift = matmul(turn, at.rotation + 0.0 * turn), matvec(turn, at.translation - center)
+        reach_mm.append(1e3 * (np.tensordot(origin + corners, rotation, axes=(1, 1)) + shift))
+    return reach_mm
 
 
 def permissible_transversal_velocities(

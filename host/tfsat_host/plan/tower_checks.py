@@ -165,7 +165,7 @@ def _space(tower: DropTower, envelope: Envelope, fastest: float) -> Iterator[Che
     falling = envelope.t_s <= tower.fall_s + _EXACT
     g = tower.residual_acceleration_g
     # The worst case downwards: fastest release, residual acceleration, and the robot's own reach below.
-    travel_mm = np.array([vertical_travel_mm(fastest, t_s, g) for t_s in envelope.t_s[falling]])
+    travel_mm = vertical_travel_mm(fastest, envelope.t_s[falling], g)
     lowest_mm = float(np.max(travel_mm + envelope.sink_mm[falling]))
     bottom = (
         f"The fastest release and {g:g} g of residual acceleration take the robot's "
