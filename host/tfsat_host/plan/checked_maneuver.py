@@ -110,7 +110,11 @@ def verdict_and_next_step(checked: CheckedManeuver, robot_option: tuple[str, ...
     elif not checked.may_fly:
         yield "Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed."
     else:
-        yield Advice("Next: ", NextStep("upload-sequence", ("--file", str(checked.path))))
+        # Before its servo settings allow so many joints at once the board would be sent nothing.
+        at_once = checked.schedule.moving_at_once
+        settings = NextStep("upload-servos", ("FILE",)), f" with moving_at_once = {at_once}; then "
+        before = settings if at_once > 1 else ()
+        yield Advice("Next: ", *before, NextStep("upload-sequence", ("--file", str(checked.path))))
 
 
 def flight_warnings(checked: CheckedManeuver) -> Iterator[str]:

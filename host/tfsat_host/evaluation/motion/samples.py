@@ -307,10 +307,6 @@ class Readings:
         """(n, 4, 3) rates in body axes by such gyros."""
         return np.stack([g.body_rates(self.reading_rad_s[:, b]) for b, g in enumerate(gyros)], axis=1)
 
-    def by_parameters(self, gyros: Sequence[GyroCalibration]) -> FloatArray:
-        """(n, 4, 3, 12) those by each gyro's parameters."""
-        return np.stack([g.jacobian(self.reading_rad_s[:, b]) for b, g in enumerate(gyros)], axis=1)
-
 
 def bridge_missing(t_s: FloatArray, values: FloatArray) -> FloatArray:
     """(n,) without NaN, by straight lines in time, so that neighbours of a lost sample still have a derivative."""
