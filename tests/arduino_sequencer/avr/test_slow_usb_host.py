@@ -61,7 +61,7 @@ def test_a_cable_pulled_during_start_up_leaves_no_line_high(
     assert (status.state, status.resets_while_armed) == (SequencerState.ARMED, 1)
 
 
-@pytest.mark.parametrize("after_us", range(0, 20_000, 450))
+@pytest.mark.parametrize("after_us", range(0, 20_000, 150))
 def test_a_bus_reset_with_a_request_right_after_it_stretches_no_pulse(
     sequencer: AvrBoard, after_us: int
 ) -> None:
