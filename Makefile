@@ -83,6 +83,12 @@ bench-design: venv  ## measure the maneuver design next to the same swarm by MuJ
 	$(call say,the maneuver design on one core)
 	@$(BIN)/python -m tests.validation.design_bench
 
+.PHONY: together-report
+together-report: venv  ## search for what joints that move together reach (minutes) for docs/joints-together.md
+	$(call say,joints that move together)
+	@[ -d build/casadi/casadi ] || $(BIN)/pip install -qq --no-deps --target build/casadi casadi
+	@OPENBLAS_NUM_THREADS=1 PYTHONPATH=build/casadi $(BIN)/python -m tests.validation.joints_together
+
 .PHONY: paper-numbers
 paper-numbers: venv  ## compute the tables of docs/paper-numbers.md (half a minute)
 	$(call say,the paper's numbers and ours)

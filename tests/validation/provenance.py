@@ -72,6 +72,7 @@ PROOFS = (
     _prove_code("evaluation-proof", "make evaluation-report", "evaluation_proof.campaign"),
     _prove_code("simulation-based-calibration", "make sbc-report", "simulation_based_calibration.drops"),
     _prove_code("decode-report", "make decode-report", "decode_bench.scenarios"),
+    _prove_code("joints-together", "make together-report", "joints_together.searches"),
     _prove_code("paper-numbers", "make paper-numbers", "paper_numbers.sections"),
 )
 

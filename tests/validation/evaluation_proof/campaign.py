@@ -33,8 +33,8 @@ class Proof:
     """What came of one robot.
 
     Attributes:
-        flights: By low-pass.
-        bare: By low-pass, its drops evaluated without any calibration.
+        flights: By drop.
+        bare: By drop, its drops evaluated without any calibration.
         deaf: Its drop at 42 Hz with the gyro of each body (1 to 4) dead; empty for most robots.
         replays: In the paper's way.
     """
@@ -71,7 +71,7 @@ def _proven(seed: int) -> Proof:
     bodies = BODIES if seed <= DEAF_ROBOTS else ()
     return Proof(
         flights_of(robot, drops),
-        {low_pass: without_calibration(robot, drop) for low_pass, drop in drops.items()},
+        {flight_name: without_calibration(robot, drop) for flight_name, drop in drops.items()},
         {body: with_dead_gyro(robot, drops["42 Hz"], body) for body in bodies},
         replays_of(robot, drops["5 Hz"]),
     )

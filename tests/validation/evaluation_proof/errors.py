@@ -22,7 +22,7 @@ LABELS = {
     "joint angle": tuple(
         f"joint {joint} {when}" for joint in range(1, 4) for when in ("at first", "at last")
     ),
-    "stroke": tuple(f"stroke {stroke}" for stroke in range(1, 5)),
+    "stroke": tuple(f"stroke {stroke}" for stroke in range(1, 7)),
     "CoM": tuple(f"body {body} {axis}" for body in range(1, 4) for axis in "xyz"),
     "measured less predicted": tuple("zyx"),
 }

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop, drop
+from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, OF_THE_PAPER, Drop, drop
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.errors import errors_of
 from tests.validation.evaluation_proof.objective import least_of_objective
@@ -16,9 +16,28 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.model_comparison import ComparedModel
 from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.maneuver import Maneuver, Schedule, Stroke, schedule_maneuver
 from tfsat_host.robot import RobotModel
 
-LOW_PASSES = {"42 Hz": DLPF_42_HZ, "5 Hz": DLPF_5_HZ}
+_TOGETHER = schedule_maneuver(
+    Maneuver(
+        (
+            Stroke(1, 90.0, 0.70),
+            Stroke(3, 90.0, 0.70),
+            Stroke(2, 90.0, 1.05),
+            Stroke(1, -90.0, 1.33),
+            Stroke(3, -90.0, 1.48),
+            Stroke(2, -90.0, 1.67),
+        )
+    )
+)
+"""What `design --together` writes for the robot as filed."""
+FLIGHTS = {
+    "42 Hz": (DLPF_42_HZ, OF_THE_PAPER),
+    "5 Hz": (DLPF_5_HZ, OF_THE_PAPER),
+    "42 Hz, joints together": (DLPF_42_HZ, _TOGETHER),
+}
+"""The drops of each robot: setting of the gyros' low-pass, and maneuver."""
 RATE_STD_DEG_S = 0.7
 BODIES = (1, 2, 3, 4)
 
@@ -44,7 +63,7 @@ class Flight:
         excess: Of the fit.
         before: The model as its file has it.
         after: The model corrected by this drop.
-        crossed: The model corrected by the robot's other drop.
+        crossed: The model corrected by another drop of the robot.
         swarm_mm: (9,) error of the paper's swarm, the best of its searches.
         swarm_spread_mm: (9,) standard deviation of what its searches found.
         least_mm: (9,) error of where the swarm's objective is really least.
@@ -61,7 +80,12 @@ class Flight:
 
 
 def fly_drop(
-    robot: Robot, true_model: RobotModel, number: int, dlpf_cfg: int, rate_rad_s: FloatArray | None = None
+    robot: Robot,
+    true_model: RobotModel,
+    number: int,
+    dlpf_cfg: int,
+    schedule: Schedule = OF_THE_PAPER,
+    rate_rad_s: FloatArray | None = None,
 ) -> Drop:
     """Fly one drop; `number` tells those of a robot apart.
 
@@ -70,6 +94,7 @@ def fly_drop(
         true_model: What flies.
         number: For noise and, where they are not given, initial rates.
         dlpf_cfg: Setting of the gyros' low-pass.
+        schedule: The maneuver.
         rate_rad_s: (3,) of the base at the release.
     """
     # [robot, drop]: two drops of a robot differ in noise and rates, not in the robot.
@@ -82,14 +107,15 @@ def fly_drop(
         seed=1000 * number + robot.seed,
         dlpf_cfg=dlpf_cfg,
         rate_rad_s=tuple(rates.tolist()),
+        schedule=schedule,
     )
 
 
 def drops_of(robot: Robot) -> dict[str, Drop]:
-    """Simulate one drop at each low-pass setting."""
+    """Simulate each of the robot's drops."""
     return {
-        name: fly_drop(robot, robot.flown, number, dlpf_cfg)
-        for number, (name, dlpf_cfg) in enumerate(LOW_PASSES.items())
+        name: fly_drop(robot, robot.flown, number, dlpf_cfg, schedule)
+        for number, (name, (dlpf_cfg, schedule)) in enumerate(FLIGHTS.items())
     }
 
 
@@ -99,11 +125,11 @@ def flights_of(robot: Robot, drops: Mapping[str, Drop]) -> dict[str, Flight]:
         name: evaluate(drop.log, robot.model, robot.calibration, drop.schedule)
         for name, drop in drops.items()
     }
-    # Each drop is predicted by the model that the robot's other drop corrected: no model judges itself.
-    first, second = evaluations
+    # Each drop is predicted by the model that the robot's next one corrected: no model judges itself.
+    names = list(evaluations)
     return {
         name: _flight(drops[name], evaluations[name], evaluations[other])
-        for name, other in ((first, second), (second, first))
+        for name, other in zip(names, names[1:] + names[:1], strict=True)
     }
 
 

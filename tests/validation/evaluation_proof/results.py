@@ -10,7 +10,7 @@ from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof import causes, learning, mismatch_tables
 from tests.validation.evaluation_proof.errors import BODY_2_Z, LABELS, join_errors
 from tests.validation.evaluation_proof.figures import figures, percent, rms
-from tests.validation.evaluation_proof.flights import BODIES, LOW_PASSES, Flight
+from tests.validation.evaluation_proof.flights import BODIES, FLIGHTS, Flight
 from tests.validation.evaluation_proof.paper_tables import paper_tables
 from tests.validation.evaluation_proof.summary import Proofs, errors, find_targets, flights, nearer, part
 from tests.validation.tables import csv_text
@@ -72,12 +72,12 @@ def describe_campaign(
 
 def _errors(proofs: Proofs) -> str:
     rows = [
-        (quantity, low_pass, str(len(quantity_errors.error)), *figures(quantity_errors))
+        (quantity, flight_name, str(len(quantity_errors.error)), *figures(quantity_errors))
         for quantity in LABELS
-        for low_pass in LOW_PASSES
-        for quantity_errors in [errors(proofs, low_pass, quantity)]
+        for flight_name in FLIGHTS
+        for quantity_errors in [errors(proofs, flight_name, quantity)]
     ]
-    columns = ("quantity", "low-pass", "values", "rms", "largest", "stated std, median", "z", "95 % hold")
+    columns = ("quantity", "drop", "values", "rms", "largest", "stated std, median", "z", "95 % hold")
     return csv_text(columns, rows)
 
 
@@ -87,18 +87,26 @@ def _axes(proofs: Proofs) -> str:
         # A quantity of one value needs no row for each axis.
         for index, label in enumerate(labels if len(labels) > 1 else ()):
             cells: list[str] = []
-            for low_pass in LOW_PASSES:
-                axis_figures = figures(part(errors(proofs, low_pass, quantity), index, len(labels)))
+            for flight_name in FLIGHTS:
+                quantity_errors = errors(proofs, flight_name, quantity)
+                # Not every maneuver has as many strokes as another.
+                width = len(quantity_errors.error) // len(proofs)
+                if index >= width:
+                    cells += ["–"] * 4
+                    continue
+                axis_figures = figures(part(quantity_errors, index, width))
                 cells += [axis_figures[0], axis_figures[2], axis_figures[3], axis_figures[4]]
             rows.append((quantity, label, *cells))
-    columns = [f"{what}, {low_pass}" for low_pass in LOW_PASSES for what in ("rms", "std", "z", "95 % hold")]
+    columns = [
+        f"{what}, {flight_name}" for flight_name in FLIGHTS for what in ("rms", "std", "z", "95 % hold")
+    ]
     return csv_text(("quantity", "of", *columns), rows)
 
 
 def _model(proofs: Proofs) -> str:
     rows = []
-    for low_pass in LOW_PASSES:
-        ones = flights(proofs, low_pass)
+    for flight_name in FLIGHTS:
+        ones = flights(proofs, flight_name)
         cells = [
             # `before` and `after` are Differences, each with its end and its rms over the fall.
             f"{np.median([getattr(getattr(flight, side), when) for flight in ones]):.4f}"
@@ -107,11 +115,11 @@ def _model(proofs: Proofs) -> str:
         ]
         excess = np.array([flight.excess for flight in ones])
         spread = f"{np.median(excess):.2f}, {np.quantile(excess, 0.95):.2f}, {excess.max():.2f}"
-        rows.append((low_pass, *cells, percent(nearer(proofs, low_pass)), spread))
+        rows.append((flight_name, *cells, percent(nearer(proofs, flight_name)), spread))
     sides = ("before", "after", "other drop")
     return csv_text(
         (
-            "low-pass",
+            "drop",
             *(f"{side}, {when}" for side in sides for when in ("end", "rms")),
             "nearer",
             "excess: median, 95 %, largest",
@@ -124,18 +132,18 @@ def _swarm(proofs: Proofs) -> str:
     rows = []
     for index, label in enumerate(LABELS["CoM"]):
         cells = []
-        for low_pass in LOW_PASSES:
-            ones = flights(proofs, low_pass)
+        for flight_name in FLIGHTS:
+            ones = flights(proofs, flight_name)
             cells += [
-                f"{rms(part(errors(proofs, low_pass, 'CoM'), index, 9).error):.3f}",
+                f"{rms(part(errors(proofs, flight_name, 'CoM'), index, 9).error):.3f}",
                 f"{rms(np.array([flight.swarm_mm[index] for flight in ones])):.2f}",
                 f"{rms(np.array([flight.swarm_spread_mm[index] for flight in ones])):.2f}",
                 f"{rms(np.array([flight.least_mm[index] for flight in ones])):.3f}",
             ]
         rows.append((label, *cells))
     columns = [
-        f"{what}, {low_pass}"
-        for low_pass in LOW_PASSES
+        f"{what}, {flight_name}"
+        for flight_name in FLIGHTS
         for what in ("Gauss-Newton", "swarm", "spread", "least")
     ]
     return csv_text(("offset", *columns), rows)
@@ -145,13 +153,13 @@ def _bare(proofs: Proofs) -> str:
     rows = [
         (
             quantity,
-            low_pass,
-            *figures(join_errors(proof.bare[low_pass][quantity] for proof in proofs.values())),
+            flight_name,
+            *figures(join_errors(proof.bare[flight_name][quantity] for proof in proofs.values())),
         )
         for quantity in LABELS
-        for low_pass in LOW_PASSES
+        for flight_name in FLIGHTS
     ]
-    columns = ("quantity", "low-pass", "rms", "largest", "stated std, median", "z", "95 % hold")
+    columns = ("quantity", "drop", "rms", "largest", "stated std, median", "z", "95 % hold")
     return csv_text(columns, rows)
 
 
@@ -179,11 +187,11 @@ def _deaf(proofs: Proofs) -> str:
 
 def _rows(proofs: Proofs) -> str:
     rows = [
-        (str(seed), low_pass, *(f"{value:.4f}" for value in row_of(proof.flights[low_pass])))
+        (str(seed), flight_name, *(f"{value:.4f}" for value in row_of(proof.flights[flight_name])))
         for seed, proof in sorted(proofs.items())
-        for low_pass in LOW_PASSES
+        for flight_name in FLIGHTS
     ]
-    return csv_text(("robot", "low-pass", *ROW_COLUMNS), rows)
+    return csv_text(("robot", "drop", *ROW_COLUMNS), rows)
 
 
 def row_of(flight: Flight) -> list[float]:

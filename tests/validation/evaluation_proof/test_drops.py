@@ -18,7 +18,7 @@ from tests.paths import DOCS
 from tests.validation.evaluation_proof.causes import name_causes
 from tests.validation.evaluation_proof.errors import BODY_2_Z, errors_of
 from tests.validation.evaluation_proof.figures import rms
-from tests.validation.evaluation_proof.flights import LOW_PASSES, drops_of, flights_of, with_dead_gyro
+from tests.validation.evaluation_proof.flights import FLIGHTS, drops_of, flights_of, with_dead_gyro
 from tests.validation.evaluation_proof.paper_setting import replays_of
 from tests.validation.evaluation_proof.paper_tables import PAPER_COLUMNS, paper_row_of
 from tests.validation.evaluation_proof.results import row_of
@@ -59,23 +59,23 @@ def test_a_drop_is_as_good_as_the_proof() -> None:
 @pytest.mark.prove
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_drops_of_a_robot_of_the_proof(seed: int) -> None:
-    for low_pass, flight in flights_of(*fly_drops(seed)).items():
+    for flight_name, flight in flights_of(*fly_drops(seed)).items():
         for quantity, limits_deg in RMS_MAX_DEG.items():
-            assert rms(flight.errors[quantity].error) <= limits_deg[low_pass], quantity
+            assert rms(flight.errors[quantity].error) <= limits_deg[flight_name], quantity
         assert abs(flight.errors["CoM"].error[BODY_2_Z]) <= BODY_2_Z_MAX_MM
         for quantity, errors in flight.errors.items():
             assert (np.abs(errors.error) / errors.std).max() < MAX_DEVIATIONS, quantity
         assert flight.after.final_deg < flight.before.final_deg
         # The same code and seed: the published row must come out again.
-        assert row_of(flight) == pytest.approx(read_proof_row("drops", seed, low_pass), abs=PRINTED)
+        assert row_of(flight) == pytest.approx(read_proof_row("drops", seed, flight_name), abs=PRINTED)
 
 
 @pytest.mark.prove
 def test_a_robot_with_a_dead_gyro() -> None:
     robot, drops = fly_drops(1)
-    (low_pass, *_) = LOW_PASSES
-    errors = with_dead_gyro(robot, drops[low_pass], 2)
-    assert rms(errors["reorientation of body 1"].error) <= RMS_MAX_DEG["reorientation of body 1"][low_pass]
+    (flight_name, *_) = FLIGHTS
+    errors = with_dead_gyro(robot, drops[flight_name], 2)
+    assert rms(errors["reorientation of body 1"].error) <= RMS_MAX_DEG["reorientation of body 1"][flight_name]
     for quantity, quantity_errors in errors.items():
         assert (np.abs(quantity_errors.error) / quantity_errors.std).max() < MAX_DEVIATIONS, quantity
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,8 @@ from tfsat_host.calibration.apply import BENT_STD
 from tfsat_host.dynamics.multibody import Multibody, across
 from tfsat_host.evaluation.com_fit.offsets import Offsets, Parameter
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
-from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
+from tfsat_host.maneuver import Maneuver, Schedule, Stroke, four_stroke, schedule_maneuver
+from tfsat_host.maneuver.maneuver import DEFAULT_PAUSE_S
 from tfsat_host.rehearsal.hidden import draw_hidden
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel, load_robot
@@ -27,6 +28,8 @@ CHIPS = "imu-clocks=1"
 BENT_AT_RAD_S = np.deg2rad(170.0)
 """Rate at which the evaluation takes the scale factors to be bent by `BENT_STD`."""
 MIN_A_DEG, MIN_B_DEG, ROOM_DEG = 30.0, 30.0, 45.0
+SPEED_DEG_S, SERVO_LATE_S, WAIT_S = 170.0, 0.05, 0.3
+"""Average speed of a servo, what it may be late, and how long a stroke waits at most."""
 QUANTITIES = (
     "CoM",
     "CoM of body 4",
@@ -58,11 +61,15 @@ class Judged:
     widened: bool
 
 
-def judge_drop(seed: int) -> Judged:
-    """Draws robot, certificate, release and maneuver, flies and evaluates it; two seconds."""
-    drop, calibration = drop_hidden(
-        _bend_scale(draw_hidden(FILED, seed), seed), maneuver(seed), FILED, [CHIPS]
-    )
+def judge_drop(kind: str, seed: int) -> Judged:
+    """Draws robot, certificate, release and maneuver, flies and evaluates it; two seconds.
+
+    Args:
+        kind: Of `MANEUVERS`.
+        seed: Of all that is drawn.
+    """
+    truth = _bend_scale(draw_hidden(FILED, seed), seed)
+    drop, calibration = drop_hidden(truth, MANEUVERS[kind](seed), FILED, [CHIPS])
     evaluation = evaluate(drop.log, FILED, calibration, drop.schedule)
     errors = dict(errors_of(drop, evaluation))
     fit = evaluation.explained.fit
@@ -85,10 +92,35 @@ def _bend_scale(truth: Truth, seed: int) -> Truth:
     return replace(truth, imperfections=replace(was, gyro_bend_s=bends))
 
 
-def maneuver(seed: int) -> Schedule:
+def draw_one_at_a_time(seed: int) -> Schedule:
     """Return a maneuver of four strokes, drawn so that no two seeds give the same."""
     a_deg, b_deg = np.round(np.random.default_rng([seed, 31]).uniform(0.0, ROOM_DEG, 2), 2)
     return schedule_maneuver(four_stroke(MIN_A_DEG + a_deg, MIN_B_DEG + b_deg))
+
+
+def draw_together(seed: int) -> Schedule:
+    """Return a maneuver in which three joints each move out and back at drawn times, overlapping as these fall."""
+    random, strokes = np.random.default_rng([seed, 33]), list[Stroke]()
+    for joint in (1, 2, 3):
+        size_deg = round(MIN_A_DEG + random.uniform(0.0, ROOM_DEG), 2)
+        out_s = round(DEFAULT_PAUSE_S + random.uniform(0.0, WAIT_S), 2)
+        # The way back begins when the servo has arrived, or later.
+        back_s = round(out_s + size_deg / SPEED_DEG_S + SERVO_LATE_S + random.uniform(0.0, WAIT_S), 2)
+        strokes += (Stroke(joint, size_deg, out_s), Stroke(joint, -size_deg, back_s))
+    return schedule_maneuver(Maneuver(tuple(sorted(strokes, key=lambda stroke: stroke.t_s or 0.0))))
+
+
+MANEUVERS: Mapping[str, Callable[[int], Schedule]] = {
+    "one joint at a time": draw_one_at_a_time,
+    "joints together": draw_together,
+}
+"""How the maneuver of a seed is drawn."""
+
+
+def draw_maneuver(seed: int) -> Schedule:
+    """Return the maneuver of a seed: each kind in turn."""
+    kinds = list(MANEUVERS.values())
+    return kinds[seed % len(kinds)](seed)
 
 
 def rows_of(offsets: Offsets) -> dict[str, list[int]]:

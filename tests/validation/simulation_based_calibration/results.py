@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +35,10 @@ class Row:
     half: float
     most: float
     met: bool
+
+
+Drops = Mapping[str, Sequence[Judged]]
+"""By the kind of maneuver."""
 
 
 def cells(drops: Sequence[Judged], quantity: str) -> Errors:
@@ -81,10 +85,11 @@ def _row(name: str, errors: Errors, p: float) -> Row:
     return Row(name, int(is_finite.sum()), p, rms, half, most, met)
 
 
-def make_tables(drops: Sequence[Judged]) -> dict[str, str]:
-    """Return the text of each file by its name: the judgement, the histograms and their picture."""
+def make_tables(drops: Drops) -> dict[str, str]:
+    """Return the text of each file by its name: the judgement, the histograms and their pictures."""
     judgement = [
         (
+            kind,
             row.name,
             row.values,
             f"{row.p:.2g}",
@@ -93,17 +98,20 @@ def make_tables(drops: Sequence[Judged]) -> dict[str, str]:
             percent(row.most),
             row.met,
         )
-        for row in rows(drops)
+        for kind, judged in drops.items()
+        for row in rows(judged)
     ]
-    columns = ("quantity", "values", "rank", "z", "50 % hold", "95 % hold", "met")
+    columns = ("maneuver", "quantity", "values", "rank", "z", "50 % hold", "95 % hold", "met")
+    first = [
+        (kind, seed, *(f"{z:.3f}" for z in list_z(drop)))
+        for kind, judged in drops.items()
+        for seed, drop in enumerate(judged[:FIRST_DROPS], 1)
+    ]
     return {
         "quantities.csv": csv_text(columns, judgement),
-        "first-drops.csv": csv_text(
-            ("seed", *QUANTITIES),
-            [(seed, *(f"{z:.3f}" for z in list_z(drop))) for seed, drop in enumerate(drops[:FIRST_DROPS], 1)],
-        ),
+        "first-drops.csv": csv_text(("maneuver", "seed", *QUANTITIES), first),
         "ranks.csv": histograms_csv(drops),
-        "ranks.svg": picture(drops),
+        **{f"ranks-{kind.replace(' ', '-')}.svg": picture(judged) for kind, judged in drops.items()},
     }
 
 
@@ -113,24 +121,30 @@ def list_z(drop: Judged) -> list[float]:
     return [float(np.sqrt(np.mean((errors.error / errors.std) ** 2))) for errors in drop_errors]
 
 
-def describe_campaign(drops: Sequence[Judged]) -> dict[str, object]:
+def describe_campaign(drops: Drops) -> dict[str, object]:
     """Return how many drops and tests there were, and in how many drops something was widened or withheld."""
+    every = [drop for judged in drops.values() for drop in judged]
     return {
-        "drops, seeds from 1": len(drops),
-        "rank tests": sum(cells(drops[:1], name).error.shape[1] for name in QUANTITIES),
-        "drops whose certificate was taken to be worse than it says": sum(drop.widened for drop in drops),
-        "drops in which something was withheld": sum(bool(drop.withheld) for drop in drops),
+        "drops of each kind of maneuver, seeds from 1": max(map(len, drops.values())),
+        "rank tests": sum(
+            cells(judged[:1], name).error.shape[1] for judged in drops.values() for name in QUANTITIES
+        ),
+        "drops whose certificate was taken to be worse than it says": sum(drop.widened for drop in every),
+        "drops in which something was withheld": sum(bool(drop.withheld) for drop in every),
     }
 
 
-def histograms_csv(drops: Sequence[Judged]) -> str:
+def histograms_csv(drops: Drops) -> str:
     """Format the histograms as CSV: a row for each value with the number of drops in each bin."""
     lines = []
-    for name in QUANTITIES:
-        for k, column in enumerate(ranks(cells(drops, name)).T, 1):
-            counts, _ = np.histogram(column[np.isfinite(column)], BINS, (0.0, 1.0))
-            lines.append((name, str(k), *map(str, counts.tolist())))
-    return csv_text(("quantity", "value", *(f"to {k / BINS:g}" for k in range(1, BINS + 1))), lines)
+    for kind, judged in drops.items():
+        for name in QUANTITIES:
+            for k, column in enumerate(ranks(cells(judged, name)).T, 1):
+                counts, _ = np.histogram(column[np.isfinite(column)], BINS, (0.0, 1.0))
+                lines.append((kind, name, str(k), *map(str, counts.tolist())))
+    return csv_text(
+        ("maneuver", "quantity", "value", *(f"to {k / BINS:g}" for k in range(1, BINS + 1))), lines
+    )
 
 
 def picture(drops: Sequence[Judged]) -> str:

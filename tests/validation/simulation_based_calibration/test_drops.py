@@ -9,8 +9,10 @@ from tests.paths import DOCS
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.simulation_based_calibration.drops import (
     FILED,
+    MANEUVERS,
     QUANTITIES,
     Judged,
+    draw_maneuver,
     judge_drop,
     true_offsets,
 )
@@ -22,6 +24,7 @@ from tests.validation.simulation_based_calibration.results import (
     picture,
     rows,
 )
+from tests.validation.tables import read_rows
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.com_fit.offsets import model_offsets
 from tfsat_host.rehearsal.hidden import draw_hidden
@@ -42,20 +45,28 @@ def test_the_true_parameters_make_the_true_robot() -> None:
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.prove)])
-def test_no_number_of_a_drop_is_far_from_its_truth(seed: int) -> None:
-    outcome = judge_drop(seed)
+@pytest.mark.parametrize("kind", MANEUVERS)
+def test_no_number_of_a_drop_is_far_from_its_truth(kind: str, seed: int) -> None:
+    outcome = judge_drop(kind, seed)
     assert tuple(outcome.errors) == QUANTITIES and not outcome.withheld and not outcome.widened
     z_scores = np.concatenate([errors.error / errors.std for errors in outcome.errors.values()])
     assert len(z_scores) > 70 and np.abs(z_scores).max() < 4.5
     assert 0.5 < np.sqrt(np.mean(z_scores**2)) < 1.4
-    assert list_z(outcome) == pytest.approx(read_row(seed), abs=PRINTED)
+    assert list_z(outcome) == pytest.approx(read_row(kind, seed), abs=PRINTED)
 
 
-def read_row(seed: int) -> list[float]:
+def read_row(kind: str, seed: int) -> list[float]:
     """Return what the page's table has of a drop."""
-    row = FIRST.read_text(encoding="utf-8").splitlines()[seed].split(",")
-    assert row[0] == str(seed)
+    _, *rows = read_rows(FIRST, kind)
+    (row,) = (row for row in rows if row[0] == str(seed))
     return [float(cell) for cell in row[1:]]
+
+
+def test_strokes_of_drawn_maneuvers_overlap() -> None:
+    maneuvers = [MANEUVERS["joints together"](seed) for seed in range(1, 40)]
+    assert len({maneuver.strokes for maneuver in maneuvers}) == len(maneuvers)
+    assert all(maneuver.moving_at_once > 1 and maneuver.end_s < 2.4 for maneuver in maneuvers)
+    assert {draw_maneuver(seed).moving_at_once > 1 for seed in (1, 2)} == {False, True}
 
 
 def make_judged(drops: int, times: float, off: float = 0.0) -> list[Judged]:
@@ -76,8 +87,8 @@ def test_right_intervals_are_told_from_wrong_ones() -> None:
     assert all(row.met for row in right)
     for wrong in (make_judged(400, 0.8), make_judged(400, 1.25), make_judged(400, 1.0, off=0.4)):
         assert not any(row.met for row in rows(wrong))
-    assert ",no\n" in make_tables(make_judged(400, 0.8))["quantities.csv"]
-    assert ",no\n" not in make_tables(make_judged(400, 1.0))["quantities.csv"]
-    assert describe_campaign(make_judged(400, 1.0))["rank tests"] == 2 * len(QUANTITIES)
-    assert histograms_csv(make_judged(40, 1.0)).count("\n") == 1 + 2 * len(QUANTITIES)
+    assert ",no\n" in make_tables({"of a kind": make_judged(400, 0.8)})["quantities.csv"]
+    assert ",no\n" not in make_tables({"of a kind": make_judged(400, 1.0)})["quantities.csv"]
+    assert describe_campaign({"of a kind": make_judged(400, 1.0)})["rank tests"] == 2 * len(QUANTITIES)
+    assert histograms_csv({"of a kind": make_judged(40, 1.0)}).count("\n") == 1 + 2 * len(QUANTITIES)
     assert picture(make_judged(40, 1.0)).lstrip().startswith("<?xml")
