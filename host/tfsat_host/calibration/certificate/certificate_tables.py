@@ -34,6 +34,7 @@ from tfsat_host.calibration.sensors.gyro import (
     GyroCalibration,
 )
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
+from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.config import Table
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
@@ -166,6 +167,34 @@ _SERVO = {
         "max_cdeg": whole("max_cdeg", -_MAX_VALUE, _MAX_VALUE),
     },
 }
+_DYNAMICS_NAMES = ("speed", "acceleration", "delay")
+_DYNAMICS_UNITS = np.array([_DEG, _DEG, 1e-3])
+_DYNAMICS = {
+    "joint": whole("joint", 1, JOINT_COUNT),
+    "direction": Item("direction", lambda table, key: table.choice(key, (-1, 1))),
+    "taken": Item("recorded_at", Table.time),
+    "strokes": whole("strokes", 1, _MAX_VALUE),
+    "speed": {
+        "value": numbers("max_rate_rad_s", si=_DEG),
+        "std": numbers("speed_std"),
+        "unit": "deg/s",
+        "frame": "joint",
+    },
+    "acceleration": {
+        "value": numbers("acceleration_rad_s2", si=_DEG),
+        "std": numbers("acceleration_std"),
+        "unit": "deg/s^2",
+        "frame": "joint",
+    },
+    "delay": {"value": numbers("delay_s", si=1e-3), "std": numbers("delay_std"), "unit": "ms"},
+    "covariance": {
+        "value": numbers("covariance", 3, 3, si=np.outer(_DYNAMICS_UNITS, _DYNAMICS_UNITS)),
+        "order": list(_DYNAMICS_NAMES),
+        "unit": ["deg/s", "deg/s^2", "ms"],
+        "frame": "joint",
+    },
+    "residual": {"value": deviation("residual_rad", _DEG), **_IN_DEG},
+}
 RECORDING = {
     "step": text("step"),
     "taken": Item("recorded_at", Table.time),
@@ -250,6 +279,25 @@ def servo_table(servo: ServoMap) -> dict[str, Any]:
     stds = dict(zip((f"{name}_std" for name in _STD_OF_SERVO), _std(servo.covariance, _DEG), strict=True))
     extras = {"pulse_range_us": np.array(servo.pulse_range_us), "reversed": bool(servo.setting.reversed)}
     return written_values(_SERVO, _attributes(servo) | _attributes(servo.setting) | stds | extras)
+
+
+def read_dynamics(entry: Table) -> MeasuredDynamics:
+    """Read one `[[servo_dynamics]]` table; raise CalibrationError if it is not as `dynamics_table` writes it."""
+    values = read_values(entry, _DYNAMICS)
+    values["covariance"] = covariance(entry, "covariance.value", values["covariance"])
+    for name, std in zip(_DYNAMICS_NAMES, _std(values["covariance"], _DYNAMICS_UNITS), strict=True):
+        check_std(entry, f"{name}.std", values.pop(f"{name}_std"), std)
+    for name, key in (("speed", "max_rate_rad_s"), ("acceleration", "acceleration_rad_s2")):
+        if values[key] <= 0.0:
+            entry.fail(f"{name}.value", "is not above zero: such a servo would not move")
+    return MeasuredDynamics(**values)
+
+
+def dynamics_table(dynamics: MeasuredDynamics) -> dict[str, Any]:
+    """Build the `[[servo_dynamics]]` table that `read_dynamics` reads."""
+    names = (f"{name}_std" for name in _DYNAMICS_NAMES)
+    stds = dict(zip(names, dynamics.std / _DYNAMICS_UNITS, strict=True))
+    return written_values(_DYNAMICS, _attributes(dynamics) | stds)
 
 
 def read_recording(entry: Table) -> Recording:
