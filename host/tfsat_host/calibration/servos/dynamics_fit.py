@@ -152,9 +152,7 @@ def _fit_direction(
 
     # First all samples, then without the braking: a servo may overshoot there, which is no part of its profile.
     coarse = solve(np.array(guess), np.full(len(everything), True)).x
-    used = np.concatenate(
-        [~_is_braking(travel.t_s, _motion(coarse, k)) for k, travel in enumerate(travels)]
-    )
+    used = np.concatenate([~_is_braking(travel.t_s, _motion(coarse, k)) for k, travel in enumerate(travels)])
     fit = solve(coarse, used)
     x = fit.x
     rate, acceleration, delay = map(float, x[:3])
