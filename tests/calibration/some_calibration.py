@@ -105,15 +105,15 @@ def drawn_calibration(seed: int) -> Calibration:
 def servo_dynamics(rng: np.random.Generator, joint: int, direction: int, when: datetime) -> MeasuredDynamics:
     """Draw how fast a servo moves its joint one way."""
     return MeasuredDynamics(
-        joint,
-        direction,
-        rng.uniform(2.0, 4.0),
-        rng.uniform(20.0, 100.0),
-        rng.uniform(0.0, 0.02),
-        spread(rng, 3, 1e-3),
-        int(rng.integers(1, 9)),
-        rng.uniform(0.0, 0.01),
-        when,
+        max_rate_rad_s=rng.uniform(2.0, 4.0),
+        acceleration_rad_s2=rng.uniform(20.0, 100.0),
+        delay_s=rng.uniform(0.0, 0.02),
+        covariance=spread(rng, 3, 1e-3),
+        joint=joint,
+        direction=direction,
+        strokes=int(rng.integers(1, 9)),
+        residual_rad=rng.uniform(0.0, 0.01),
+        recorded_at=when,
     )
 
 

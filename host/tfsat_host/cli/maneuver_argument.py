@@ -88,9 +88,7 @@ def initial_rate_rad_s(args: argparse.Namespace) -> FloatArray | None:
 def robot_from(args: argparse.Namespace, out: Output) -> RobotModel:
     """Return the robot that was named, its servos as the calibration measured them if one was given.
 
-    Raises:
-        RobotFileError: the robot file cannot be understood.
-        CalibrationError: the certificate cannot be, is of another robot, or holds no servo's speed.
+    Raises RobotFileError, and CalibrationError for a certificate of another robot or without a servo's speed.
     """
     from tfsat_host.calibration.calibration_errors import CalibrationError
     from tfsat_host.calibration.certificate.file import read_calibration

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +14,8 @@ from tfsat_host.calibration.steps.step import Step, StepKind
 from tfsat_host.evaluation.clocks import align_clocks
 from tfsat_host.evaluation.motion.samples import LANDING_GUARD_S, end_of_fall_s
 from tfsat_host.maneuver import Schedule
-from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.run.certificate_check import origin_of_log
+from tfsat_host.run.recorded_landing import time_of_day
 from tfsat_host.sdlog import DropLog
 
 SETTLED_S = 0.1
@@ -34,44 +33,29 @@ def recorded_strokes(log: DropLog, schedule: Schedule, file: Path) -> list[Evide
     Raises:
         CalibrationError: the recording has no release, no time of day, or no stroke line.
     """
-    problem = ""
-    if log.release_us is None:
-        problem = "holds no release: the maneuver did not begin."
-    elif log.unix_offset_us is None:
-        problem = "does not say at what time of day it was recorded."
-    else:
-        until_s = end_of_fall_s(log) - LANDING_GUARD_S
-        strokes: dict[int, list[CommandedStroke]] = {}
-        for stroke, line_s in zip(schedule.strokes, align_clocks(log, schedule).stroke_s, strict=True):
-            arrival_s = line_s + 1e-6 * (stroke.end_us - stroke.t_us)
-            # A line that was not seen is NaN, which compares as False: that stroke tells no delay.
-            if arrival_s + SETTLED_S < until_s:
-                commanded = CommandedStroke(round(log.release_us + 1e6 * line_s), stroke.angle_cdeg)
-                strokes.setdefault(stroke.joint, []).append(commanded)
-        if strokes:
-            first, last = np.searchsorted(
-                log.t_us, [log.release_us - 1e6 * LEAD_S, log.release_us + 1e6 * until_s]
-            )
-            counts = Counts.from_log(log).part(slice(int(first), int(last)))
-            began_us = log.unix_offset_us + int(counts.t_us[0])
-            recorded_at = datetime.fromtimestamp(0, UTC) + timedelta(microseconds=began_us)
-            return [
-                Evidence(
-                    Step(StepKind.STROKES, joint),
-                    counts,
-                    recorded_at,
-                    origin_of_log(log.header),
-                    strokes=tuple(of_joint),
-                )
-                for joint, of_joint in sorted(strokes.items())
-            ]
+    until_s = end_of_fall_s(log) - LANDING_GUARD_S
+    strokes: dict[int, list[CommandedStroke]] = {}
+    for stroke, line_s in zip(schedule.strokes, align_clocks(log, schedule).stroke_s, strict=True):
+        # A line that was not seen is NaN, which compares as False: that stroke tells no delay.
+        if line_s + 1e-6 * (stroke.end_us - stroke.t_us) + SETTLED_S < until_s:
+            commanded = CommandedStroke(round(log.origin_us + 1e6 * line_s), stroke.angle_cdeg)
+            strokes.setdefault(stroke.joint, []).append(commanded)
+    first, last = np.searchsorted(log.t_s, [-LEAD_S, until_s])
+    counts = Counts.from_log(log).part(slice(int(first), int(last)))
+    recorded_at = time_of_day(log, int(counts.t_us[0])) if len(counts.t_us) else None
+    if log.release is None or recorded_at is None or not strokes:
         problem = "shows no stroke line that fits the maneuver: when strokes were commanded is not known."
-    raise CalibrationError(
-        what=f"{file} {problem}",
-        meaning="No servo's speed, acceleration and delay can be told; nothing was kept.",
-        next_step=Advice(
-            "Name the maneuver that was flown with --maneuver; check the stroke line with ",
-            NextStep("monitor"),
-            "; or take the recording of another run.",
-        ),
-    )
+        if log.release is None:
+            problem = "holds no release: the maneuver did not begin."
+        elif recorded_at is None:
+            problem = "does not say at what time of day it was recorded."
+        raise CalibrationError(
+            what=f"{file} {problem}",
+            meaning="No servo's speed, acceleration and delay can be told; nothing was kept.",
+            next_step="Name the maneuver that was flown with --maneuver, or take the recording of another run.",
+        )
+    origin = origin_of_log(log.header)
+    return [
+        Evidence(Step(StepKind.STROKES, joint), counts, recorded_at, origin, strokes=tuple(of_joint))
+        for joint, of_joint in sorted(strokes.items())
+    ]

@@ -167,30 +167,26 @@ _SERVO = {
         "max_cdeg": whole("max_cdeg", -_MAX_VALUE, _MAX_VALUE),
     },
 }
-_DYNAMICS_NAMES = ("speed", "acceleration", "delay")
-_DYNAMICS_UNITS = np.array([_DEG, _DEG, 1e-3])
+_OF_DYNAMICS = (
+    ("speed", "max_rate_rad_s", "deg/s", _DEG),
+    ("acceleration", "acceleration_rad_s2", "deg/s^2", _DEG),
+    ("delay", "delay_s", "ms", 1e-3),
+)
+"""Key, attribute, unit, and what one of it is in SI; in the order of the covariance."""
+_DYNAMICS_UNITS = np.array([si for *_, si in _OF_DYNAMICS])
 _DYNAMICS = {
     "joint": whole("joint", 1, JOINT_COUNT),
     "direction": Item("direction", lambda table, key: table.choice(key, (-1, 1))),
     "taken": Item("recorded_at", Table.time),
     "strokes": whole("strokes", 1, _MAX_VALUE),
-    "speed": {
-        "value": numbers("max_rate_rad_s", si=_DEG),
-        "std": numbers("speed_std"),
-        "unit": "deg/s",
-        "frame": "joint",
+    **{
+        key: {"value": numbers(name, si=si), "std": numbers(f"{key}_std"), "unit": unit, "frame": "joint"}
+        for key, name, unit, si in _OF_DYNAMICS
     },
-    "acceleration": {
-        "value": numbers("acceleration_rad_s2", si=_DEG),
-        "std": numbers("acceleration_std"),
-        "unit": "deg/s^2",
-        "frame": "joint",
-    },
-    "delay": {"value": numbers("delay_s", si=1e-3), "std": numbers("delay_std"), "unit": "ms"},
     "covariance": {
         "value": numbers("covariance", 3, 3, si=np.outer(_DYNAMICS_UNITS, _DYNAMICS_UNITS)),
-        "order": list(_DYNAMICS_NAMES),
-        "unit": ["deg/s", "deg/s^2", "ms"],
+        "order": [key for key, *_ in _OF_DYNAMICS],
+        "unit": [unit for *_, unit, _ in _OF_DYNAMICS],
         "frame": "joint",
     },
     "residual": {"value": deviation("residual_rad", _DEG), **_IN_DEG},
@@ -285,19 +281,17 @@ def read_dynamics(entry: Table) -> MeasuredDynamics:
     """Read one `[[servo_dynamics]]` table; raise CalibrationError if it is not as `dynamics_table` writes it."""
     values = read_values(entry, _DYNAMICS)
     values["covariance"] = covariance(entry, "covariance.value", values["covariance"])
-    for name, std in zip(_DYNAMICS_NAMES, _std(values["covariance"], _DYNAMICS_UNITS), strict=True):
-        check_std(entry, f"{name}.std", values.pop(f"{name}_std"), std)
-    for name, key in (("speed", "max_rate_rad_s"), ("acceleration", "acceleration_rad_s2")):
-        if values[key] <= 0.0:
-            entry.fail(f"{name}.value", "is not above zero: such a servo would not move")
+    for (key, name, *_), std in zip(_OF_DYNAMICS, _std(values["covariance"], _DYNAMICS_UNITS), strict=True):
+        check_std(entry, f"{key}.std", values.pop(f"{key}_std"), std)
+        if key != "delay" and values[name] <= 0.0:
+            entry.fail(f"{key}.value", "is not above zero: such a servo would not move")
     return MeasuredDynamics(**values)
 
 
 def dynamics_table(dynamics: MeasuredDynamics) -> dict[str, Any]:
     """Build the `[[servo_dynamics]]` table that `read_dynamics` reads."""
-    names = (f"{name}_std" for name in _DYNAMICS_NAMES)
-    stds = dict(zip(names, dynamics.std / _DYNAMICS_UNITS, strict=True))
-    return written_values(_DYNAMICS, _attributes(dynamics) | stds)
+    pairs = zip(_OF_DYNAMICS, dynamics.std / _DYNAMICS_UNITS, strict=True)
+    return written_values(_DYNAMICS, _attributes(dynamics) | {f"{key}_std": std for (key, *_), std in pairs})
 
 
 def read_recording(entry: Table) -> Recording:

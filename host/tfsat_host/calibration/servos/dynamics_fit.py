@@ -41,25 +41,21 @@ _MARGIN_S = 0.01
 _NOT_KEPT = "Its strokes were not kept."
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredDynamics:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MeasuredDynamics(ServoDynamics):
     """How fast a servo moves its joint one way, as measured.
 
     Attributes:
         joint: 1 to 3.
         direction: +1 towards larger angles, -1 towards smaller ones.
-        max_rate_rad_s, acceleration_rad_s2, delay_s, covariance: See `ServoDynamics`.
         strokes: How many were fitted.
         residual_rad: Of the joint's angle about the profile, rms.
         recorded_at: When.
     """
 
+    covariance: FloatArray
     joint: int
     direction: int
-    max_rate_rad_s: float
-    acceleration_rad_s2: float
-    delay_s: float
-    covariance: FloatArray
     strokes: int
     residual_rad: float
     recorded_at: datetime
@@ -74,10 +70,9 @@ def with_dynamics(robot: RobotModel, fits: Iterable[MeasuredDynamics]) -> RobotM
     """Return the robot with its servos as measured."""
     servos = list(robot.servos)
     for fit in fits:
-        dynamics = ServoDynamics(fit.max_rate_rad_s, fit.acceleration_rad_s2, fit.delay_s, fit.covariance)
         servo = servos[fit.joint - 1]
         closing, opening = servo.measured
-        measured = (closing, dynamics) if fit.direction > 0 else (dynamics, opening)
+        measured = (closing, fit) if fit.direction > 0 else (fit, opening)
         servos[fit.joint - 1] = replace(servo, measured=measured)
     return replace(robot, servos=tuple(servos))
 
@@ -138,8 +133,8 @@ def _fit_direction(
             )
         guess += [begin, size]
     everything = np.concatenate([travel.angle_rad for travel in travels])
-    lower = np.full(len(guess), -np.inf)
-    lower[:2] = 0.01 * np.array(guess[:2])
+    # Only speed and acceleration are bounded: far from zero, where a servo would not move.
+    lower = np.append(0.01 * np.array(guess[:2]), np.full(len(guess) - 2, -np.inf))
 
     def solve(start: FloatArray, used: BoolArray) -> OptimizeResult:
         def residuals(x: FloatArray) -> FloatArray:
@@ -155,14 +150,13 @@ def _fit_direction(
     used = np.concatenate([~_is_braking(travel.t_s, _motion(coarse, k)) for k, travel in enumerate(travels)])
     fit = solve(coarse, used)
     x = fit.x
-    rate, acceleration, delay = map(float, x[:3])
     residual = float(np.sqrt((fit.fun**2).mean()))
     if residual > MAX_RESIDUAL_RAD:
         raise _refusal(
             f"Joint {sensors.joint} is {np.rad2deg(residual):.1f} deg rms off the motion of a servo.",
-            "It was touched, hit a stop, or its servo hunts or lacks power.",
+            "It was touched, turned back before it arrived, or its servo hunts or lacks power.",
         )
-    if max(np.abs(x[4::2])) / rate - rate / acceleration < MIN_CRUISE_S:
+    if np.abs(x[4::2]).max() / x[0] - x[0] / x[1] < MIN_CRUISE_S:
         raise _refusal(
             f"Joint {sensors.joint} was not at its servo's greatest rate for {1e3 * MIN_CRUISE_S:g} ms.",
             "Its strokes are too short: speed and acceleration cannot be told apart.",
@@ -174,15 +168,13 @@ def _fit_direction(
     covariance = (variance * gain @ gain.T + by_shared @ by_shared.T)[:3, :3]
     covariance[2, 2] += PULSE_STD_S**2
     return MeasuredDynamics(
-        sensors.joint,
-        direction,
-        rate,
-        acceleration,
-        delay,
-        covariance,
-        len(travels),
-        residual,
-        evidence.recorded_at,
+        **dict(zip(("max_rate_rad_s", "acceleration_rad_s2", "delay_s"), x[:3].tolist(), strict=True)),
+        covariance=covariance,
+        joint=sensors.joint,
+        direction=direction,
+        strokes=len(travels),
+        residual_rad=residual,
+        recorded_at=evidence.recorded_at,
     )
 
 
