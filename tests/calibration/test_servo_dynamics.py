@@ -10,12 +10,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.cli.process import RunCli
 from tests.fixtures.emulated_drop import Drop, drop
+from tfsat_host.calibration.servos.dynamics_fit import fit_dynamics, with_dynamics
+from tfsat_host.dynamics.simulation import fly
+from tfsat_host.emulated.emulated_certificate import careful_certificate
 from tfsat_host.emulated.imperfections import draw
 from tfsat_host.maneuver import Maneuver, Schedule, Stroke, format_maneuver, schedule_maneuver
+from tfsat_host.rehearsal.rehearsed_drop import rehearse
+from tfsat_host.rehearsal.series import decode_drop
+from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.run.recorded_strokes import recorded_strokes
 
 BENCH = Maneuver(
     tuple(Stroke(joint, way * 90.0, t_s) for way, t_s in ((1, 0.70), (-1, 1.50)) for joint in (1, 2, 3))
@@ -43,10 +51,10 @@ PULSE_S = 0.00145
 
 
 @cache
-def robot() -> RobotModel:
+def robot(rates: tuple[float, ...] = RATES) -> RobotModel:
     """Return the robot as it is: its servos are faster or slower than its file says."""
     filed = load_robot()
-    servos = zip(filed.servos, RATES, strict=True)
+    servos = zip(filed.servos, rates, strict=True)
     return replace(
         filed,
         servos=tuple(replace(servo, max_rate_rad_s=rate * servo.max_rate_rad_s) for servo, rate in servos),
@@ -142,3 +150,37 @@ def test_a_certificate_without_servo_speeds_or_of_another_robot_predicts_nothing
         "simulate", "90", "90", "--robot", "cubesat_3u", "--calibration", "own.toml", expect=1
     )["error"]
     assert "not of" in error["what"] and "robot file" in error["next_step"]
+
+
+@pytest.mark.prove
+@pytest.mark.timeout(600)
+def test_drops_of_six_rehearsed_robots_are_predicted_to_half_a_degree() -> None:
+    """Play, scatter and overshoot of the servos are as in a rehearsal; masses and centers of mass are as filed."""
+    filed = load_robot()
+    bench, together = map(schedule_maneuver, (BENCH, TOGETHER))
+    off_deg, off_by_file_deg = [], []
+    for seed in range(1, 7):
+        random = np.random.default_rng([seed, 99])
+        rates = np.clip(1.0 + 0.05 * random.standard_normal(3), 0.87, 1.15)
+        truth = drawn_truth(filed, seed)
+        late = replace(
+            truth.imperfections,
+            servo_delay_s=random.uniform(0.002, 0.015, 3),
+            servo_closing_share=random.uniform(0.95, 1.05, 3),
+        )
+        truth = replace(truth, model=robot(tuple(rates)), imperfections=late, rate_rad_s=np.zeros(3))
+        # The first day tells the servos, the second one is predicted.
+        log = decode_drop(rehearse(bench, filed, truth))
+        sensors = careful_certificate(filed, late, seed, BEGAN).joints
+        steps = recorded_strokes(log, bench, Path("SD.bin"))
+        measured = with_dynamics(filed, (fit for step in steps for fit in fit_dynamics(step, sensors, filed)))
+        day = rehearse(together, filed, truth)
+        times_s, base = day.truth[:, 0] - (day.released_s or 0.0), 4 + 4 * filed.base
+        begin, end = np.searchsorted(times_s, [0.0, day.fall_s - 0.05])
+        attitudes = Rotation.from_quat(day.truth[[begin, end], base : base + 4])
+        true_deg = math.degrees((attitudes[0].inv() * attitudes[1]).magnitude())
+        for model, errors in ((measured, off_deg), (filed, off_by_file_deg)):
+            turned = Rotation.from_quat(fly(model, together, until_s=2.5).quaternion_xyzw).magnitude()
+            errors.append(math.degrees(turned) - true_deg)
+    assert np.sqrt(np.mean(np.square(off_deg))) < 0.5
+    assert np.sqrt(np.mean(np.square(off_by_file_deg))) > 1.0
