@@ -12,6 +12,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Recording, Subject
 from tfsat_host.calibration.sensors.gyro import SHARED, GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
+from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.robot import load_robot
@@ -95,6 +96,24 @@ def drawn_calibration(seed: int) -> Calibration:
         ),
         when(),
         logger_image=f"{rng.integers(2**32):08x}" if rng.random() < 0.5 else None,
+        servo_dynamics=tuple(
+            servo_dynamics(rng, joint, way, when()) for joint in measured for way in (1, -1)
+        ),
+    )
+
+
+def servo_dynamics(rng: np.random.Generator, joint: int, direction: int, when: datetime) -> MeasuredDynamics:
+    """Draw how fast a servo moves its joint one way."""
+    return MeasuredDynamics(
+        max_rate_rad_s=rng.uniform(2.0, 4.0),
+        acceleration_rad_s2=rng.uniform(20.0, 100.0),
+        delay_s=rng.uniform(0.0, 0.02),
+        covariance=spread(rng, 3, 1e-3),
+        joint=joint,
+        direction=direction,
+        strokes=int(rng.integers(1, 9)),
+        residual_rad=rng.uniform(0.0, 0.01),
+        recorded_at=when,
     )
 
 

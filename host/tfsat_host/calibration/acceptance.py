@@ -60,14 +60,17 @@ def check_step(evidence: Evidence, earlier: Iterable[Evidence], model: RobotMode
     if step.kind == StepKind.REST:
         estimate_biases(recording)
         return
-    # A zero needs no gyro; every other step needs all gyros valid throughout.
-    check_complete(recording, () if step.kind == StepKind.ZERO else range(1, len(before.gyros) + 1))
+    # Zeros and strokes need no gyro; every other step needs all gyros valid throughout.
+    without_gyros = step.kind in (StepKind.ZERO, StepKind.STROKES)
+    check_complete(recording, () if without_gyros else range(1, len(before.gyros) + 1))
     if step.kind == StepKind.ZERO:
         for sensors in before.joints:
             if step.joint in (None, sensors.joint):
                 estimate_zero(recording, valid, sensors, model)
         return
-    if step.kind == StepKind.SERVO:
+    if step.kind == StepKind.STROKES:
+        check_answers(valid[:, sensor_columns(model, step.moving_joint)], step.moving_joint, most_silent=0.0)
+    if step.kind in (StepKind.SERVO, StepKind.STROKES):
         return
     if any(gyro.bias_recorded_at is None for gyro in before.gyros):
         raise CalibrationError(

@@ -16,6 +16,8 @@ from tfsat_host.calibration.misalignment import angle_between
 from tfsat_host.calibration.response import across
 from tfsat_host.calibration.sensors.gyro import MOUNTING, GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
+from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
+from tfsat_host.calibration.servos.servo_findings import DYNAMICS
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import AXES, StepKind
@@ -207,7 +209,7 @@ def sensor_bends(calibration: Calibration, steps: Iterable[Evidence]) -> list[Se
 
 def step_findings(
     steps: Sequence[Evidence], before: Calibration | None, now: Calibration, model: RobotModel
-) -> Sequence[GyroCalibration | ZeroPoints | JointAxis | GyroAxis]:
+) -> Sequence[GyroCalibration | ZeroPoints | JointAxis | GyroAxis | MeasuredDynamics]:
     """Build the results of steps of one kind, for all their gyros, joints or axes."""
     kind = steps[0].step.kind
     if kind == StepKind.REST:
@@ -217,6 +219,9 @@ def step_findings(
         earlier_joints = [None] * len(now.joints) if before is None else before.joints
         pairs = zip(now.joints, earlier_joints, strict=True)
         return [zero_points(sensors, old) for sensors, old in pairs if joints & {None, sensors.joint}]
+    if kind == StepKind.STROKES:
+        joints = {evidence.step.joint for evidence in steps}
+        return [fit for fit in now.servo_dynamics if fit.joint in joints]
     if kind == StepKind.SWING:
         return [row for evidence in steps for row in joint_axes(now.gyros, evidence, model)]
     return [row for evidence in steps for row in scale_axes(now.gyros, evidence, model)]
@@ -323,6 +328,7 @@ TABLES: Final[Mapping[str, QuantityTable]] = {
             *fields("std=scale_std"),
         ),
     ),
+    "servo": QuantityTable("servos", "Servos", (StepKind.STROKES,), DYNAMICS),
 }
 """By quantity."""
 _BENDS: Final = fields("joint sensor bend_deg std_deg")

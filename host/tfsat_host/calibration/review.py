@@ -25,6 +25,7 @@ from tfsat_host.calibration.certificate.certificate import (
 )
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.calibration.findings import VALUES, certificate_values
+from tfsat_host.calibration.servos.servo_findings import DYNAMICS
 from tfsat_host.calibration.steps.evidence import sha256
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import PROTOCOL_HASH
@@ -181,6 +182,7 @@ REVIEW: Columns = (
     *fields("protocol_hash=calibration.protocol_hash same_protocol"),
     Column("ready", of=lambda result: not result.defects),
     Column("quantities", columns=lambda row: (*_NAME, *row.columns, *_TIMES)),
+    Column("servos", of="calibration.servo_dynamics", columns=DYNAMICS),
     *fields("drawn=calibration.simulated_quantities"),
     Column("commands", of=lambda result: [Advice(command) for command in commands_of(result.shortcomings)]),
     Column("recordings", columns=_RECORDING),
@@ -208,6 +210,12 @@ def _recording_words(result: Review) -> str:
     return f"{unmodified} of {total} unmodified (SHA-256)" if total else "none"
 
 
+def _servo_words(result: Review) -> str:
+    """Format which joints' servos were measured for a prediction; no drop needs them."""
+    joints = sorted({fit.joint for fit in result.calibration.servo_dynamics})
+    return f"measured of joint {', '.join(map(str, joints))}" if joints else ""
+
+
 SUMMARY: Columns = (
     Column("", "Certificate", words=lambda result: str(result.file)),
     Column("", "Robot", words=lambda result: _robot_words(result.calibration.subject)),
@@ -220,6 +228,7 @@ SUMMARY: Columns = (
         ),
     ),
     Column("", "Last landing", words=lambda result: landing_words(result.calibration, result.now)),
+    Column("", "Servo speeds", words=_servo_words),
     Column("", "Recordings", words=_recording_words),
     Column("", "Simulated", words=lambda result: in_words(result.calibration.simulated_quantities)),
 )
@@ -312,6 +321,7 @@ def full_tables(result: Review) -> list[Table]:
             Table(", ".join(filter(None, (_KIND_NAMES[kind], _FRAMES.get(kind)))), _VALUE_COLUMNS, rows)
             for kind, rows in ((rows[0].quantity.kind, rows) for rows in group_by_kind(result))
         ),
+        Table("servos: speed, acceleration, delay", DYNAMICS, result.calibration.servo_dynamics),
         Table("recordings", _RECORDING_COLUMNS, result.recordings),
     ]
 

@@ -25,6 +25,7 @@ from tfsat_host.calibration.response import (
 )
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensors_by_design
+from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics, fit_dynamics
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.steps.evidence import Evidence, newest
@@ -127,7 +128,7 @@ class Solution:
     Attributes:
         gyros: Of bodies 1 to 4.
         joints: Sensors of joints 1 to 3.
-        servos: Servo steps with the angle sensors as they were then.
+        servos: Steps in which servos move, with the angle sensors as they were then.
         used_evidence: The evidence that it rests on, in order of time.
     """
 
@@ -138,8 +139,22 @@ class Solution:
 
     def servo_maps(self, model: RobotModel) -> tuple[ServoMap, ...]:
         """Fit the map of each measured servo, by joint. Raises CalibrationError: see `servo_map_of`."""
-        servo_maps = (servo_map_of(evidence, joints, model) for evidence, joints in self.servos)
+        servo_maps = (
+            servo_map_of(evidence, joints, model)
+            for evidence, joints in self.servos
+            if evidence.step.kind == StepKind.SERVO
+        )
         return tuple(sorted(servo_maps, key=lambda servo_map: servo_map.joint))
+
+    def servo_dynamics(self, model: RobotModel) -> tuple[MeasuredDynamics, ...]:
+        """Fit each measured servo's dynamics, by joint. Raises CalibrationError: see `fit_dynamics`."""
+        fits = (
+            fit
+            for evidence, joints in self.servos
+            if evidence.step.kind == StepKind.STROKES
+            for fit in fit_dynamics(evidence, joints, model)
+        )
+        return tuple(sorted(fits, key=lambda fit: (fit.joint, -fit.direction)))
 
 
 def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetime | None = None) -> Solution:
@@ -164,7 +179,8 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
         entry for entry in newest(entries).values() if entry.step.kind not in (StepKind.REST, StepKind.ZERO)
     ]
     # Servo steps determine nothing of the gyros; they are read afterwards with the sensors found here.
-    by_hand = [entry for entry in moving if entry.step.kind != StepKind.SERVO]
+    by_servo = (StepKind.SERVO, StepKind.STROKES)
+    by_hand = [entry for entry in moving if entry.step.kind not in by_servo]
     # Fixed-point iteration: each pass takes the held body's motion off by the mountings of the one before.
     for _ in range(_PASSES if by_hand else 0):
         responses = _Responses(last_landing)
@@ -190,7 +206,7 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
         tuple(
             (entry, baseline.joints(joints, entry.recorded_at))
             for entry in moving
-            if entry.step.kind == StepKind.SERVO
+            if entry.step.kind in by_servo
         ),
         tuple(sorted(used_evidence, key=lambda entry: entry.recorded_at)),
     )

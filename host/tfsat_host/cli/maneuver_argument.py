@@ -26,11 +26,15 @@ from tfsat_host.next_step import Advice, NextStep
 
 if TYPE_CHECKING:
     from tfsat_host.arrays import FloatArray
+    from tfsat_host.present.output import Output
     from tfsat_host.robot import RobotModel
 
 WHAT_A_B_MEANS = "A B means the closed loop +A joint 1, +B joint 2, -A joint 1, -B joint 2, in degrees."
 SERVOS_SPEED = "what the robot file says of its servos"
 _FASTEST_DEG_S = 100_000.0
+CALIBRATION = """\
+--calibration FILE  certificate with measured speeds, accelerations and delays of the servos, instead of those
+                    of the robot file (default: none)"""
 
 
 def maneuver_usage(default_speed: str = "170") -> str:
@@ -79,6 +83,44 @@ def initial_rate_rad_s(args: argparse.Namespace) -> FloatArray | None:
             next_step="Give three numbers, deg/s: --initial-rate 0 0 1.5",
         )
     return np.asarray(np.radians(args.initial_rate))
+
+
+def robot_from(args: argparse.Namespace, out: Output) -> RobotModel:
+    """Return the robot that was named, its servos as the calibration measured them if one was given.
+
+    Raises RobotFileError, and CalibrationError for a certificate of another robot or without a servo's speed.
+    """
+    from tfsat_host.calibration.calibration_errors import CalibrationError
+    from tfsat_host.calibration.certificate.file import read_calibration
+    from tfsat_host.calibration.servos.dynamics_fit import with_dynamics
+    from tfsat_host.robot import load_robot
+
+    robot, file = load_robot(args.robot), args.calibration
+    if file is None:
+        return robot
+    calibration = read_calibration(file)
+    problem = "" if calibration.servo_dynamics else "holds no speed, acceleration and delay of a servo"
+    if calibration.subject.robot != robot.name:
+        problem = f"is of {calibration.subject.robot}, not of {robot.name}"
+    if problem:
+        raise CalibrationError(
+            what=f"{file} {problem}.",
+            meaning=f"The servos would move as {robot.path.name} assumes. {args.nothing_done}",
+            next_step=Advice(
+                "To measure them: ",
+                NextStep("calibrate servo", ("--log", "SD.bin", "--out", str(file))),
+                "; to go by the robot file, leave --calibration out.",
+            ),
+        )
+    measured = with_dynamics(robot, calibration.servo_dynamics)
+    by_file = [
+        name for name, servo in zip(robot.joint_names, measured.servos, strict=True) if None in servo.measured
+    ]
+    if by_file:
+        out.warn(
+            f"Not measured each way in {file}: the servo of {', '.join(by_file)}, taken from {robot.path.name}."
+        )
+    return measured
 
 
 def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> Maneuver:

@@ -20,6 +20,7 @@ uncertainties that the robot file states. {given.WHAT_A_B_MEANS} docs/sensitivit
 {given.maneuver_usage(given.SERVOS_SPEED)}
 robot, release and facility:
 {ROBOT}
+{given.CALIBRATION}
 {INITIAL_RATE}
 --facility FILE    a facility file, whose times the maneuver must keep (default: COSMOTORRE's, for a robot that the
                    sequencer commands)
@@ -55,10 +56,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.plan.study import Study
     from tfsat_host.plan.study_result import StudyResult
     from tfsat_host.plan.study_tables import FACTS, STUDY, detail_tables, overview_tables
-    from tfsat_host.robot import load_robot
 
     rate = given.initial_rate_rad_s(args)
-    robot = load_robot(args.robot)
+    robot = given.robot_from(args, out)
     stated = uncertainty_of(robot, dict(args.sigma))
     schedule = given.schedule_from(args, given.maneuver_from(args, robot), robot_limits(robot, strokes_min=1))
     notices = (*schedule.notices, *servo_speed_notices(schedule, robot.path))
@@ -85,6 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         time.perf_counter() - begun_s,
         notices,
         args.out,
+        args.calibration,
     )
     out.warn_each(result.doubts)
     if args.out is not None:

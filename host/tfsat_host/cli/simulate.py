@@ -33,6 +33,7 @@ Compute the attitude of a free-floating robot from the motion of its joints, by 
 --between {{cubic,linear}}  what lies between two samples of --history: a cubic spline or straight lines (default cubic)
 robot and release:
 {ROBOT}
+{given.CALIBRATION}
 --base BODY               the body whose attitude is computed, by name or number (default: the robot file's base)
 {INITIAL_RATE}
 time:
@@ -57,10 +58,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.dynamics.motion_files import flight_path, write_flight
     from tfsat_host.dynamics.simulation import fly
     from tfsat_host.dynamics.simulation_result import FILES, RESULT, SimulationResult, notices, tables
-    from tfsat_host.robot import load_robot
 
     rate = given.initial_rate_rad_s(args)
-    robot = load_robot(args.robot)
+    robot = given.robot_from(args, out)
     base = None if args.base is None else robot.body_index(args.base)
     file = None if args.out is None else flight_path(args.out, args.history, force=args.force)
     maneuver, motion, until_s = _motion(args, robot)
@@ -71,7 +71,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         how = {"step_s": args.step, "order": args.order}
         simulation = fly(robot, motion, until_s=until_s, base=base, initial_rate_rad_s=rate, **how)
     doubts = notices(simulation, maneuver, step_s=args.step)
-    result = SimulationResult(simulation, args.initial_rate, doubts, file)
+    result = SimulationResult(simulation, args.initial_rate, doubts, file, args.calibration)
     out.warn_each(result.notices)
     document = record(RESULT, result)
     if file is not None:
@@ -93,9 +93,9 @@ def _motion(
     from tfsat_host.dynamics.simulation import arrivals_s, end_of_flight_s, robot_limits
 
     if args.history is not None:
-        if any(option is not None for option in (args.a_deg, args.file, args.speed)):
+        if any(option is not None for option in (args.a_deg, args.file, args.speed, args.calibration)):
             raise _refusal(
-                "--history was given together with a maneuver: both are motions of the joints.",
+                "--history was given together with a maneuver or servos: both tell how the joints move.",
                 Advice(NextStep("simulate", ("--history", str(args.history)))),
             )
         history = read_history(args.history, robot.n_joints, between=args.between)

@@ -149,12 +149,17 @@ def servo_motion(robot: RobotModel, moves: Sequence[TimedMove]) -> ServoMotion:
         if move.joint in latest and move.start_s < latest[move.joint].end_s - SAME_INSTANT_S:
             raise ValueError(f"two moves of joint {move.joint + 1} overlap")
         latest[move.joint] = move
-    servos = [robot.servos[move.joint] for move in ordered]
+    servos = [robot.servos[move.joint].dynamics(move.delta_rad) for move in ordered]
+    # A measured servo goes as fast as it can; of another one the schedule's average rate is all that is known.
+    durations = [
+        move.end_s - move.start_s if servo.covariance is None else 0.0
+        for move, servo in zip(ordered, servos, strict=True)
+    ]
     return ServoMotion.of(
         [move.joint for move in ordered],
         np.array([move.delta_rad for move in ordered]),
-        np.array([move.start_s for move in ordered]),
-        np.array([move.end_s - move.start_s for move in ordered]),
+        np.array([move.start_s + servo.delay_s for move, servo in zip(ordered, servos, strict=True)]),
+        np.array(durations),
         np.array([servo.max_rate_rad_s for servo in servos]),
         np.array([servo.acceleration_rad_s2 for servo in servos]),
     )

@@ -90,12 +90,14 @@ class SimulationResult:
         initial_rate_deg_s: Of the base at the release, as typed; None: no angular momentum.
         notices: Where the motion or the figures may differ from what is expected, one sentence each.
         path: The written motion; None: not asked for.
+        calibration: The certificate whose servos the robot has; None: those of its file.
     """
 
     simulation: Simulation
     initial_rate_deg_s: Sequence[float] | None
     notices: Sequence[str]
     path: Path | None = None
+    calibration: Path | None = None
 
     @property
     def base_name(self) -> str:
@@ -179,6 +181,12 @@ _STROKE: Columns = (_COMMAND[0], *fields("end_s"), *_COMMAND[1:], Column("after"
 RESULT: Columns = (
     *columns_of("final", _TURN),
     Column("robot", "Robot", of="simulation.robot.name"),
+    Column(
+        "calibration",
+        "Servos as measured",
+        of=lambda result: result.calibration and str(result.calibration),
+        words=lambda result: str(result.calibration or ""),
+    ),
     Column("base", "Attitude of", of="base_name"),
     Column("closed", of="simulation.is_closed"),
     *fields("duration_s"),

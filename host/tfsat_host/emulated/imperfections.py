@@ -45,6 +45,8 @@ class Imperfections:
         servo_overshoot_rad: (3,) a motion that gets to the servo's full rate runs so far beyond where it ends, others
             as the square of the rate they get to; its farthest comes when the braking is over, and after as long
             again the joint is back. A mechanical stop ends it. The joint stands, play and all, where it would without.
+        servo_delay_s: (3,) from the end of a pulse to the first motion of a joint at rest.
+        servo_closing_share: (3,) of the servo's greatest rate that it reaches towards smaller angles.
         sequencer_clock_ppm: By how much the sequencer's time runs faster than true time, up to 20,000 either way.
             Its strokes come earlier and its servo pulses are shorter by that.
         logger_clock_ppm: The same of the logger: its samples, and the times that it notes.
@@ -82,6 +84,8 @@ class Imperfections:
     servo_backlash_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
     servo_repeat_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
     servo_overshoot_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
+    servo_delay_s: FloatArray = field(default_factory=lambda: np.zeros(3))
+    servo_closing_share: FloatArray = field(default_factory=lambda: np.ones(3))
     sequencer_clock_ppm: float = 0.0
     logger_clock_ppm: float = 0.0
     gyro_g_sensitivity_rad_s_g: FloatArray = field(default_factory=lambda: np.zeros((4, 3, 3)))

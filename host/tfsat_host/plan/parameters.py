@@ -6,15 +6,18 @@
     points of joint axes    mm        the two coordinates across the axis
     tilts of joint axes     deg       about the two directions across the axis
     ends of strokes         deg       the joint angle at which each stroke ends
-    speeds of joints        deg/s     average of a stroke, for the joints that the maneuver moves
+    speeds of servos        deg/s     average of a stroke, for the joints that the maneuver moves; greatest rate each
+                                      way where a calibration measured it
+    accelerations           deg/s^2   of the same servos
+    delays                  ms        from a stroke's time to the joint's first motion, of the same servos
 
 A point's coordinate along its axis changes nothing, so it is no parameter. Across an axis that is parallel to a
 coordinate axis, the two directions are the other two coordinate axes, and bear their names.
 
-The maneuver runs open loop: a stroke starts at its time, whatever the joints have done so far. A joint goes at its
-servo's average rate, with the servo's acceleration at both ends, to the angle at which its servo believes that
-the stroke is done. A slow servo may still move while the next joint starts: then the path through the
-joint angles, and with it the rotation, is another one.
+The maneuver runs open loop: a stroke starts its servo's delay after its time, whatever the joints have done so far. A
+joint goes at its servo's average rate, or as fast as it can if the servo was measured, with the servo's acceleration at
+both ends, to the angle at which its servo believes that the stroke is done. A slow servo may still move while the next
+joint starts: then the path through the joint angles, and with it the rotation, is another one.
 
 Errors come from sources, independent normal deviates, and the parameters follow linearly from them: p = nominal +
 matrix @ deviates. A source may shift several parameters at once, as the scale of a servo shifts the end of each of
@@ -29,7 +32,10 @@ its strokes.
     stroke        the end of each stroke, drawn for every stroke: play and dead band
     servo_scale   a joint goes 1 + error times as far as commanded, there and back; the servo's own error, which
                   is why a joint that stops short at 54.8 deg instead of 59 still comes back to where it began
-    servo_speed   a share of each joint's speed
+    servo_speed   a share of each joint's speed, or what the calibration leaves of it
+    servo_delay   of each joint
+    servo_acceleration   what the calibration leaves of it; speed, delay and acceleration of a measured servo err
+                  together, as the covariance of their fit says
 """
 
 from __future__ import annotations
@@ -49,7 +55,7 @@ from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel, Uncertainty
-from tfsat_host.robot.model import MAX_RELATIVE, UNCERTAIN
+from tfsat_host.robot.model import MAX_RELATIVE, UNCERTAIN, ServoDynamics
 from tfsat_host.units import s_from_us
 
 
@@ -76,9 +82,11 @@ class Plan:
         joints: (k,) index of the joint of each stroke.
         target_rad: (k,) angle at which the joint of each stroke is commanded to end.
         start_s: (k,) start of each stroke after release, in order.
-        rate_rad_s: Average joint rate of a stroke.
-        max_rate_rad_s: (n - 1,) greatest rate of each joint's servo.
-        acceleration_rad_s2: (n - 1,) of each joint's servo.
+        drives: Of each servo whose dynamics count: index of its joint, and 1 or -1 if they were measured each way, else
+            0; by joint.
+        drive_of: (k,) index of each stroke's drive.
+        dynamics: Of each drive.
+        rate_rad_s: Average joint rate of a stroke of a servo that was not measured.
         until_s: When the attitude is looked at; later for a robot whose joints still move.
     """
 
@@ -86,9 +94,10 @@ class Plan:
     joints: tuple[int, ...]
     target_rad: FloatArray
     start_s: FloatArray
+    drives: tuple[tuple[int, int], ...]
+    drive_of: tuple[int, ...]
+    dynamics: tuple[ServoDynamics, ...]
     rate_rad_s: float
-    max_rate_rad_s: FloatArray
-    acceleration_rad_s2: FloatArray
     until_s: float
 
     @classmethod
@@ -110,14 +119,23 @@ class Plan:
         for stroke in strokes:
             angles[stroke.joint] += stroke.delta_rad
             targets.append(angles[stroke.joint])
+        by_drive: dict[tuple[int, int], ServoDynamics] = {}
+        drives = []
+        for stroke in strokes:
+            dynamics = robot.servos[stroke.joint].dynamics(stroke.delta_rad)
+            way = 0 if dynamics.covariance is None else -1 if stroke.delta_rad < 0.0 else 1
+            drives.append((stroke.joint, way))
+            by_drive[drives[-1]] = dynamics
+        ordered = sorted(by_drive)
         return cls(
             start_rad=start,
             joints=tuple(stroke.joint for stroke in strokes),
             target_rad=np.array(targets),
             start_s=np.array([stroke.start_s for stroke in strokes]),
+            drives=tuple(ordered),
+            drive_of=tuple(map(ordered.index, drives)),
+            dynamics=tuple(by_drive[drive] for drive in ordered),
             rate_rad_s=rate_rad_s,
-            max_rate_rad_s=np.array([servo.max_rate_rad_s for servo in robot.servos]),
-            acceleration_rad_s2=np.array([servo.acceleration_rad_s2 for servo in robot.servos]),
             until_s=until_s,
         )
 
@@ -137,6 +155,12 @@ class Plan:
         return tuple(sorted(set(self.joints)))
 
 
+_SERVO_KINDS = {
+    "speed": ("deg/s", math.degrees(1.0)),
+    "acceleration": ("deg/s^2", math.degrees(1.0)),
+    "delay": ("ms", 1e3),
+}
+"""What is known of a servo's motion, in the order of a covariance: unit, and how many of it make one in SI."""
 _ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 _DEG = float(np.degrees(1.0))
 
@@ -146,11 +170,13 @@ class Parameters:
     """The parameters of one robot that flies one plan.
 
     Attributes:
+        joint_names: n - 1 names.
         names: p names for people.
         units: p units.
         steps: (p,) small changes, in those units, that derivatives may be taken with.
         nominal: (p,) values of the model, in those units.
-        part: Where each kind stands: mass, com, inertia, joint_point, joint_tilt, stroke_end, speed.
+        part: Where each kind stands: mass, com, inertia, joint_point, joint_tilt, stroke_end, speed,
+            acceleration, delay.
         body: The nominal robot.
         origin_m: (n, 3) origins of the body frames.
         across: (n - 1, 2, 3) the two directions across each joint's axis.
@@ -158,6 +184,7 @@ class Parameters:
         initial_rate_rad_s: (3,) rate of the base at release, base axes; None: no angular momentum.
     """
 
+    joint_names: tuple[str, ...]
     names: tuple[str, ...]
     units: tuple[str, ...]
     steps: FloatArray
@@ -176,7 +203,7 @@ class Parameters:
         sides = np.array([across(axis) for axis in robot.joint_axis]).reshape(-1, 2, 3)
         rows = _rows(robot, plan, sides)
         bodies, joints = robot.n_bodies, robot.n_joints
-        kinds = ("mass", "com", "inertia", "joint_point", "joint_tilt", "stroke_end", "speed")
+        kinds = ("mass", "com", "inertia", "joint_point", "joint_tilt", "stroke_end", *_SERVO_KINDS)
         # The layout of the parameter vector, in the order of `_rows`.
         sizes = (
             bodies,
@@ -185,11 +212,12 @@ class Parameters:
             2 * joints,
             2 * joints,
             len(plan.joints),
-            len(plan.moved_joints),
+            *[len(plan.drives)] * len(_SERVO_KINDS),
         )
         # Running sums of the sizes bound each kind's slice.
         edges = itertools.pairwise(itertools.accumulate(sizes, initial=0))
         return cls(
+            joint_names=robot.joint_names,
             names=tuple(name for name, _, _, _ in rows),
             units=tuple(unit for _, unit, _, _ in rows),
             steps=np.array([step for _, _, step, _ in rows]),
@@ -229,9 +257,15 @@ class Parameters:
         """
         part, plan = self.part, self.plan
         joints = list(plan.joints)
-        # (n - 1, s) relative speeds: they scale a servo's average and greatest rate alike.
-        share = np.ones((self.body.n_joints, len(vectors)))
-        share[list(plan.moved_joints)] = vectors[:, part["speed"]].T / (_DEG * plan.rate_rad_s)
+        drive_of = list(plan.drive_of)
+        # (k, s) of each stroke's servo.
+        speed, acceleration, delay_s = (
+            vectors[:, part[kind]].T[drive_of] / unit for kind, (_, unit) in _SERVO_KINDS.items()
+        )
+        # A relative speed scales a servo's average and greatest rate alike; a measured one has the greatest alone.
+        measured = np.array([plan.dynamics[drive].covariance is not None for drive in drive_of])[:, None]
+        greatest = np.array([plan.dynamics[drive].max_rate_rad_s for drive in drive_of])[:, None]
+        max_rate = np.where(measured, speed, speed / plan.rate_rad_s * greatest)
         reached = vectors[:, part["stroke_end"]].T / _DEG
         # A stroke begins where its joint really ended before, so the error of an end shifts two strokes.
         angle = dict(enumerate(plan.start_rad))
@@ -242,10 +276,10 @@ class Parameters:
         return ServoMotion.of(
             joints,
             delta,
-            plan.start_s[:, None],
-            np.abs(delta) / (share[joints] * plan.rate_rad_s),
-            share[joints] * plan.max_rate_rad_s[joints, None],
-            plan.acceleration_rad_s2[joints, None],
+            plan.start_s[:, None] + delay_s,
+            np.where(measured, 0.0, np.abs(delta) / speed),
+            max_rate,
+            acceleration,
         )
 
     def history(self, motion: ServoMotion) -> JointHistory:
@@ -289,8 +323,15 @@ def _rows(robot: RobotModel, plan: Plan, square: FloatArray) -> list[tuple[str, 
         rows += [(f"{name} tilt about {which}", "deg", 0.1, 0.0) for which in pair]
     for k, (joint, target) in enumerate(zip(plan.joints, plan.target_rad, strict=True), 1):
         rows.append((f"stroke {k} end ({robot.joint_names[joint]})", "deg", 0.02, target * _DEG))
-    for joint in plan.moved_joints:
-        rows.append((f"{robot.joint_names[joint]} speed", "deg/s", 0.02, plan.rate_rad_s * _DEG))
+    ways = {0: "", 1: " opening", -1: " closing"}
+    names = [f"{robot.joint_names[joint]}{ways[way]}" for joint, way in plan.drives]
+    for name, servo in zip(names, plan.dynamics, strict=True):
+        rate = plan.rate_rad_s if servo.covariance is None else servo.max_rate_rad_s
+        rows.append((f"{name} speed", "deg/s", 0.02, rate * _DEG))
+    for name, servo in zip(names, plan.dynamics, strict=True):
+        rows.append((f"{name} acceleration", "deg/s^2", 1.0, servo.acceleration_rad_s2 * _DEG))
+    for name, servo in zip(names, plan.dynamics, strict=True):
+        rows.append((f"{name} delay", "ms", 0.1, 1e3 * servo.delay_s))
     return [(name, unit, float(step), float(value)) for name, unit, step, value in rows]
 
 
@@ -303,12 +344,14 @@ class ErrorSources:
         kinds: d kinds, as the module lists them.
         sigmas: d standard deviations as people write them, with their units.
         matrix: (p, d) what one standard deviation of each does to each parameter, in the parameter's unit.
+        drawn_first: So many are drawn before the others, which were added since: a seed keeps its robots.
     """
 
     names: tuple[str, ...]
     kinds: tuple[str, ...]
     sigmas: tuple[str, ...]
     matrix: FloatArray
+    drawn_first: int
 
     @property
     def parameter_sigma(self) -> FloatArray:
@@ -341,9 +384,11 @@ def error_sources(parameters: Parameters, stated: Uncertainty) -> ErrorSources:
             column[index] = effect
         rows.append((name, kind, sigma, column))
 
-    def each(kind: str, of: str, sigma: float, unit: str, *, share: bool = False) -> None:
+    def each(
+        kind: str, of: str, sigma: float, unit: str, *, share: bool = False, numbers: Sequence[int] = ()
+    ) -> None:
         written = f"{100 * sigma:g} %" if share else f"{sigma:g} {unit}"
-        for i in range(part[of].start, part[of].stop):
+        for i in (part[of].start + number for number in numbers or range(part[of].stop - part[of].start)):
             add(kind, parameters.names[i], written, {i: sigma * nominal[i] if share else sigma})
 
     each("mass", "mass", stated.mass_relative, "", share=True)
@@ -357,8 +402,8 @@ def error_sources(parameters: Parameters, stated: Uncertainty) -> ErrorSources:
     each("joint_axis", "joint_tilt", _DEG * stated.joint_axis_rad, "deg")
     each("stroke", "stroke_end", _DEG * stated.stroke_rad, "deg")
     first, plan = part["stroke_end"].start, parameters.plan
-    for joint, speed in zip(plan.moved_joints, range(part["speed"].start, part["speed"].stop), strict=True):
-        name = parameters.names[speed].removesuffix(" speed")
+    for joint in plan.moved_joints:
+        name = parameters.joint_names[joint]
         # A servo's scale errs in proportion to the way from the start pose: back there it errs by nothing.
         way = _DEG * (plan.target_rad - plan.start_rad[joint])
         scale = {
@@ -367,9 +412,24 @@ def error_sources(parameters: Parameters, stated: Uncertainty) -> ErrorSources:
             if moved == joint
         }
         add("servo_scale", f"{name} servo scale", f"{100 * stated.stroke_relative:g} %", scale)
-    each("servo_speed", "speed", stated.servo_speed_relative, "", share=True)
+    unmeasured = [number for number, servo in enumerate(plan.dynamics) if servo.covariance is None]
+    if unmeasured:
+        each("servo_speed", "speed", stated.servo_speed_relative, "", share=True, numbers=unmeasured)
+    drawn_first = len(rows)
+    if unmeasured:
+        each("servo_delay", "delay", 1e3 * stated.servo_delay_s, "ms", numbers=unmeasured)
+    units = np.array([unit for _, unit in _SERVO_KINDS.values()])
+    for number, servo in enumerate(plan.dynamics):
+        if servo.covariance is None:
+            continue
+        # A triangular root makes independent sources of errors that hang together.
+        root = np.linalg.cholesky(servo.covariance) * units[:, None]
+        indices = [part[kind].start + number for kind in _SERVO_KINDS]
+        for i, (kind, (unit, _)) in enumerate(_SERVO_KINDS.items()):
+            effects = dict(zip(indices, root[:, i], strict=True))
+            add(f"servo_{kind}", parameters.names[indices[i]], f"{root[i, i]:.2g} {unit}", effects)
     names, kinds, sigmas, columns = zip(*rows, strict=True)
-    return ErrorSources(names, kinds, sigmas, np.column_stack(columns))
+    return ErrorSources(names, kinds, sigmas, np.column_stack(columns), drawn_first)
 
 
 def uncertainty_of(robot: RobotModel, other: Mapping[str, float]) -> Uncertainty:

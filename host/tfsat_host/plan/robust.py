@@ -87,7 +87,7 @@ class Uncertain:
         if not strokes:
             return Spread(0.0, 0.0)
         parameters = Parameters.of(self.robot, Plan.of(self.robot, strokes, problem.speed_rad_s))
-        sources = error_sources(parameters, replace(self.stated, servo_speed_relative=0.0))
+        sources = error_sources(parameters, replace(self.stated, servo_speed_relative=0.0, servo_delay_s=0.0))
         # The nominal robot, and one deviation to either side along every source that has an effect.
         shifts = sources.matrix[:, sources.matrix.any(axis=0)].T
         vectors = parameters.nominal + np.concatenate(

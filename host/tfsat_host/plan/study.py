@@ -58,9 +58,9 @@ class Study:
         """(CHUNK, d) those of the whole chunk, whatever the number of samples."""
         # A child of the seed by its key: no chunk depends on what others have drawn.
         seeds = np.random.SeedSequence(self.seed, spawn_key=(chunk,))
-        deviates = np.random.Generator(np.random.PCG64(seeds)).standard_normal(
-            (CHUNK, len(self.sources.names))
-        )
+        random, first = np.random.Generator(np.random.PCG64(seeds)), self.sources.drawn_first
+        counts = (first, len(self.sources.names) - first)
+        deviates = np.hstack([random.standard_normal((CHUNK, count)) for count in counts])
         return np.clip(deviates, -MAX_DEVIATE, MAX_DEVIATE)
 
     def vectors(self, deviates: FloatArray) -> FloatArray:

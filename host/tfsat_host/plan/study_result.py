@@ -25,6 +25,8 @@ _KINDS = {
     "stroke": "ends of strokes",
     "servo_scale": "scales of servos",
     "servo_speed": "speeds of servos",
+    "servo_acceleration": "accelerations of servos",
+    "servo_delay": "delays of servos",
 }
 
 
@@ -95,6 +97,7 @@ class StudyResult:
         seconds: That the samples took.
         schedule_notices: Of the maneuver.
         path: Of the samples, as they are written; None: not asked for.
+        calibration: The certificate whose servos the robot has; None: those of its file.
     """
 
     robot: RobotModel
@@ -109,6 +112,7 @@ class StudyResult:
     seconds: float
     schedule_notices: tuple[str, ...]
     path: Path | None
+    calibration: Path | None = None
 
     @cached_property
     def parameters(self) -> list[ParameterEffect]:

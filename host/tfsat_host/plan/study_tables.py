@@ -50,6 +50,7 @@ FACTS: Columns = (
             f"{result.robot.name} ({result.robot.path.stem}), attitude of {result.robot.body_names[result.robot.base]}"
         ),
     ),
+    Column("", "Servos as measured", words=lambda result: str(result.calibration or "")),
     Column("", "Samples", words=lambda result: f"seed {result.study.seed}, {result.seconds:.1f} s"),
     Column("", "Written", words=lambda result: "" if result.path is None else str(result.path)),
 )
@@ -124,6 +125,7 @@ STUDY: Columns = (
     Column("sources", columns=_SOURCE),
     Column("monte_carlo", of=lambda result: result, columns=_MONTE_CARLO),
     *fields("robot=robot.name"),
+    Column("calibration", of=lambda result: result.calibration and str(result.calibration)),
     Column("base", of=lambda result: result.robot.body_names[result.robot.base]),
     Column("schedule", of="schedule.strokes", columns=SCHEDULED),
     *fields("speed_deg_s=schedule.speed_deg_s initial_rate_deg_s"),

@@ -98,7 +98,7 @@ def _shape_m(body: Table) -> FloatArray:
 
 
 _JOINT = "name inner outer axis point_mm limits_deg servo"
-_SERVO = "average_rate_deg_s max_rate_deg_s acceleration_deg_s2 start_deg"
+_SERVO = "average_rate_deg_s max_rate_deg_s acceleration_deg_s2 start_deg delay_ms"
 _PULSE_KEYS = ("pulse_range_us", "reference", "pulse_us_per_deg")
 # Below it, components that matter would be subnormal: too few of their digits remain.
 _MIN_AXIS_NORM = sys.float_info.min / sys.float_info.epsilon
@@ -139,6 +139,7 @@ def _servo(joint: Table, limits: tuple[float, float]) -> Servo:
         acceleration_rad_s2=math.radians(entry.number("acceleration_deg_s2", above=0)),
         start_rad=math.radians(entry.number("start_deg")),
         pulses=_pulses(entry),
+        delay_s=1e-3 * entry.number("delay_ms", 0.0, least=0.0),
     )
     low, high = limits
     if servo.average_rate_rad_s > servo.max_rate_rad_s:

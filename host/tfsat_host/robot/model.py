@@ -45,6 +45,23 @@ class PulseMap:
         return self.reference_pulse_us + (angle_rad - self.reference_angle_rad) * self.pulse_us_per_rad
 
 
+@dataclass(frozen=True, eq=False)
+class ServoDynamics:
+    """How fast a servo moves its joint one way.
+
+    Attributes:
+        max_rate_rad_s: Greatest joint rate.
+        acceleration_rad_s2: Greatest joint acceleration.
+        delay_s: From a stroke's time to the joint's first motion.
+        covariance: (3, 3) of these three in their order, SI; None: not measured, and strokes take the average rate.
+    """
+
+    max_rate_rad_s: float
+    acceleration_rad_s2: float
+    delay_s: float
+    covariance: FloatArray | None = None
+
+
 @dataclass(frozen=True)
 class Servo:
     """How a joint is driven.
@@ -55,6 +72,8 @@ class Servo:
         acceleration_rad_s2: Greatest joint acceleration.
         start_rad: Joint angle at the start of a maneuver.
         pulses: None where the file has no pulses, as in a study without boards.
+        delay_s: From a stroke's time to the joint's first motion.
+        measured: Dynamics towards smaller and towards larger angles; None: not measured.
     """
 
     average_rate_rad_s: float
@@ -62,6 +81,13 @@ class Servo:
     acceleration_rad_s2: float
     start_rad: float
     pulses: PulseMap | None
+    delay_s: float = 0.0
+    measured: tuple[ServoDynamics | None, ServoDynamics | None] = (None, None)
+
+    def dynamics(self, delta_rad: float) -> ServoDynamics:
+        """Return the dynamics of a stroke of `delta_rad`: as measured that way, else as the file states them."""
+        by_file = ServoDynamics(self.max_rate_rad_s, self.acceleration_rad_s2, self.delay_s)
+        return self.measured[int(delta_rad > 0.0)] or by_file
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +129,7 @@ UNCERTAIN: Mapping[str, tuple[str, float]] = {
     "stroke_deg": ("stroke_rad", math.radians(1.0)),
     "stroke_relative": ("stroke_relative", 1.0),
     "servo_speed_relative": ("servo_speed_relative", 1.0),
+    "servo_delay_ms": ("servo_delay_s", 1e-3),
 }
 """The keys of a file's `[uncertainty]`: which attribute each is, and its unit in SI units."""
 MAX_RELATIVE = 0.2
@@ -126,6 +153,7 @@ class Uncertainty:
         stroke_relative: Of a servo's scale, drawn once for a joint: it goes `1 + error` times as far as
             commanded, there and back.
         servo_speed_relative: Of a servo's rate, drawn once for a joint; a share of the rate.
+        servo_delay_s: Of a servo's delay, drawn once for a joint.
     """
 
     mass_relative: float = 0.0
@@ -136,6 +164,7 @@ class Uncertainty:
     stroke_rad: float = 0.0
     stroke_relative: float = 0.0
     servo_speed_relative: float = 0.0
+    servo_delay_s: float = 0.0
 
     @classmethod
     def of(cls, stated: Mapping[str, float]) -> Uncertainty:

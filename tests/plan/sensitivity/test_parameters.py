@@ -43,7 +43,7 @@ def test_so_it_is_for_any_tree(tmp_path: Path) -> None:
     multibody = parameters.robots(parameters.nominal[None])
     np.testing.assert_allclose(multibody.joint_axis[0], robot.joint_axis, atol=1e-15)
     np.testing.assert_allclose(multibody.inertia_kg_m2[0], robot.inertia_kg_m2, atol=1e-18)
-    assert len(set(parameters.names)) == len(parameters.names) == 10 * 5 + 4 * 4 + 1 + 1
+    assert len(set(parameters.names)) == len(parameters.names) == 10 * 5 + 4 * 4 + 1 + 3
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,8 @@ typedef struct {
   double servo_backlash_rad[3];
   double servo_repeat_rad[3];
   double servo_overshoot_rad[3];
+  double servo_delay_s[3];
+  double servo_closing_share[3];
   double joint_min_rad[3];
   double joint_max_rad[3];
   double imu_position_m[4][3];

@@ -1,6 +1,7 @@
 #include "api_config.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tfsat {
 namespace emulator {
@@ -51,7 +52,8 @@ RobotParameters robot_parameters(const TfsatRobotConfig& c) {
     servo.max_rate_rad_s = c.servo_max_rate_rad_s[i];
     servo.acceleration_rad_s2 = c.servo_acceleration_rad_s2[i];
     servo.errors = {c.servo_gain[i], c.servo_offset_rad[i], c.servo_backlash_rad[i], c.servo_repeat_rad[i],
-                    c.servo_overshoot_rad[i], c.seed * 41 + i};
+                    c.servo_overshoot_rad[i], static_cast<uint64_t>(std::llround(1e6 * c.servo_delay_s[i])),
+                    c.servo_closing_share[i], c.seed * 41 + i};
     servo.min_angle_rad = c.joint_min_rad[i];
     servo.max_angle_rad = c.joint_max_rad[i];
   }

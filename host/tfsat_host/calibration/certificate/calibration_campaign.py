@@ -207,6 +207,7 @@ class Campaign:
             gyros=solution.gyros,
             joints=solution.joints,
             servo_maps=solution.servo_maps(self._model),
+            servo_dynamics=solution.servo_dynamics(self._model),
             recordings=tuple(
                 recordings[evidence.step.key, evidence.recorded_at] for evidence in solution.used_evidence
             ),

@@ -10,6 +10,7 @@ from typing import Literal
 from tfsat_host import __version__
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
+from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.next_step import NextStep
@@ -101,6 +102,7 @@ class Calibration:
             ran natively, or nothing was recorded.
         simulated_quantities: Of `QUANTITY_NAMES`, what was never measured: a rehearsal drew it
             from an emulated robot's hidden truth.
+        servo_dynamics: Of the servos and directions that were measured, by joint. No drop needs them.
     """
 
     subject: Subject
@@ -114,6 +116,7 @@ class Calibration:
     protocol_hash: str = field(default_factory=PROTOCOL_HASH.hex)
     logger_image: str | None = None
     simulated_quantities: tuple[str, ...] = ()
+    servo_dynamics: tuple[MeasuredDynamics, ...] = ()
 
     @property
     def last_landing(self) -> datetime | None:

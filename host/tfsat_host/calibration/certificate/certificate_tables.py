@@ -34,6 +34,7 @@ from tfsat_host.calibration.sensors.gyro import (
     GyroCalibration,
 )
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
+from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.config import Table
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
@@ -166,6 +167,30 @@ _SERVO = {
         "max_cdeg": whole("max_cdeg", -_MAX_VALUE, _MAX_VALUE),
     },
 }
+_OF_DYNAMICS = (
+    ("speed", "max_rate_rad_s", "deg/s", _DEG),
+    ("acceleration", "acceleration_rad_s2", "deg/s^2", _DEG),
+    ("delay", "delay_s", "ms", 1e-3),
+)
+"""Key, attribute, unit, and what one of it is in SI; in the order of the covariance."""
+_DYNAMICS_UNITS = np.array([si for *_, si in _OF_DYNAMICS])
+_DYNAMICS = {
+    "joint": whole("joint", 1, JOINT_COUNT),
+    "direction": Item("direction", lambda table, key: table.choice(key, (-1, 1))),
+    "taken": Item("recorded_at", Table.time),
+    "strokes": whole("strokes", 1, _MAX_VALUE),
+    **{
+        key: {"value": numbers(name, si=si), "std": numbers(f"{key}_std"), "unit": unit, "frame": "joint"}
+        for key, name, unit, si in _OF_DYNAMICS
+    },
+    "covariance": {
+        "value": numbers("covariance", 3, 3, si=np.outer(_DYNAMICS_UNITS, _DYNAMICS_UNITS)),
+        "order": [key for key, *_ in _OF_DYNAMICS],
+        "unit": [unit for *_, unit, _ in _OF_DYNAMICS],
+        "frame": "joint",
+    },
+    "residual": {"value": deviation("residual_rad", _DEG), **_IN_DEG},
+}
 RECORDING = {
     "step": text("step"),
     "taken": Item("recorded_at", Table.time),
@@ -250,6 +275,23 @@ def servo_table(servo: ServoMap) -> dict[str, Any]:
     stds = dict(zip((f"{name}_std" for name in _STD_OF_SERVO), _std(servo.covariance, _DEG), strict=True))
     extras = {"pulse_range_us": np.array(servo.pulse_range_us), "reversed": bool(servo.setting.reversed)}
     return written_values(_SERVO, _attributes(servo) | _attributes(servo.setting) | stds | extras)
+
+
+def read_dynamics(entry: Table) -> MeasuredDynamics:
+    """Read one `[[servo_dynamics]]` table; raise CalibrationError if it is not as `dynamics_table` writes it."""
+    values = read_values(entry, _DYNAMICS)
+    values["covariance"] = covariance(entry, "covariance.value", values["covariance"])
+    for (key, name, *_), std in zip(_OF_DYNAMICS, _std(values["covariance"], _DYNAMICS_UNITS), strict=True):
+        check_std(entry, f"{key}.std", values.pop(f"{key}_std"), std)
+        if key != "delay" and values[name] <= 0.0:
+            entry.fail(f"{key}.value", "is not above zero: such a servo would not move")
+    return MeasuredDynamics(**values)
+
+
+def dynamics_table(dynamics: MeasuredDynamics) -> dict[str, Any]:
+    """Build the `[[servo_dynamics]]` table that `read_dynamics` reads."""
+    pairs = zip(_OF_DYNAMICS, dynamics.std / _DYNAMICS_UNITS, strict=True)
+    return written_values(_DYNAMICS, _attributes(dynamics) | {f"{key}_std": std for (key, *_), std in pairs})
 
 
 def read_recording(entry: Table) -> Recording:

@@ -14,8 +14,10 @@ from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calib
 from tfsat_host.calibration.certificate.certificate_tables import (
     LANDING,
     RECORDING,
+    dynamics_table,
     gyro_table,
     joint_table,
+    read_dynamics,
     read_gyro,
     read_joint,
     read_recording,
@@ -73,6 +75,7 @@ def certificate_values(calibration: Calibration) -> dict[str, Any]:
             "gyros": [gyro_table(gyro) for gyro in calibration.gyros],
             "joints": [joint_table(sensors) for sensors in calibration.joints],
             "servo_maps": [servo_table(servo_map) for servo_map in calibration.servo_maps],
+            "servo_dynamics": [dynamics_table(dynamics) for dynamics in calibration.servo_dynamics],
             "recordings": [
                 written_values(RECORDING, asdict(recording)) for recording in calibration.recordings
             ],
@@ -161,6 +164,7 @@ _TOP = {
     "gyro": Item("gyros", _each("body", IMU_COUNT, read_gyro)),
     "joint": Item("joints", _each("joint", JOINT_COUNT, read_joint)),
     "servo": Item("servo_maps", _each("joint", JOINT_COUNT, read_servo, require_all=False)),
+    "servo_dynamics": Item("servo_dynamics", _all(read_dynamics)),
     "recording": Item("recordings", _all(read_recording)),
     "landing": Item("landings", _all(lambda entry: Landing(**read_values(entry, LANDING)))),
 }

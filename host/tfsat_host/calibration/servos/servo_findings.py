@@ -112,6 +112,20 @@ MAP_FACTS: Columns = (
 )
 """Of a servo map, in figures that people compare."""
 
+DYNAMICS: Columns = (
+    Column("joint", "joint"),
+    Column("direction", "direction", of=lambda fit: "opening" if fit.direction > 0 else "closing"),
+    Column("speed_deg_s", "speed", of="max_rate_rad_s", std=lambda fit: degrees(fit.std[0])),
+    Column(
+        "acceleration_deg_s2", "acceleration", of="acceleration_rad_s2", std=lambda fit: degrees(fit.std[1])
+    ),
+    Column("delay_ms", "delay", of="delay_s", std=lambda fit: 1e3 * fit.std[2]),
+    Column("strokes", "strokes"),
+    Column("residual_deg", "residual rms", form=".2f"),
+    *fields("recorded_at"),
+)
+"""Of the measured dynamics of a servo in one direction."""
+
 
 def commanded_deg(pulse_us: float, setting: ServoSetting) -> float:
     """Invert the board's line to get the angle that a pulse was commanded for."""

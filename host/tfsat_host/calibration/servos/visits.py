@@ -62,7 +62,7 @@ def servo_map_of(evidence: Evidence, joints: Sequence[JointSensors], model: Robo
     direction = np.array([point.direction for point in points])
     design = np.column_stack([np.ones(len(points)), pulse_us - servo_map.middle_us, -direction / 2.0])
     # Errors common to all visits pass through the fit: (3, 10), a column for each independent one.
-    shared = np.linalg.pinv(design) @ _shared_errors(
+    shared = np.linalg.pinv(design) @ shared_errors(
         sensors, np.array([point.reached_rad for point in points])
     )
     return replace(servo_map, covariance=servo_map.covariance + shared @ shared.T)
@@ -218,8 +218,8 @@ def _too_few(visit: Visit, valid: NDArray[np.bool_], joint: int) -> CalibrationE
     )
 
 
-def _shared_errors(sensors: JointSensors, reached_rad: FloatArray) -> FloatArray:
-    """(n, 10) by how much each visit is off for one standard deviation of each independent error of the sensors."""
+def shared_errors(sensors: JointSensors, reached_rad: FloatArray) -> FloatArray:
+    """(n, 10) by how much each angle is off for one standard deviation of each independent error of the sensors."""
     # The joint's angle is the mean of both: a zero point enters by half, against the sensor's direction.
     half = -0.5 * sensors.direction
     of_zero = np.tile(half, (len(reached_rad), 1)) @ root_of(sensors.zero_covariance)

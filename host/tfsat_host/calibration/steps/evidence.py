@@ -62,6 +62,19 @@ class Visit:
     to_us: int
 
 
+@dataclass(frozen=True, slots=True)
+class CommandedStroke:
+    """A stroke of one joint in a recording.
+
+    Attributes:
+        line_us: When the stroke line rose, on the logger's clock.
+        angle_cdeg: Commanded change of the joint's angle, 0.01 deg.
+    """
+
+    line_us: int
+    angle_cdeg: int
+
+
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """One recorded step.
@@ -74,6 +87,7 @@ class Evidence:
         tool_version, protocol_hash: Of the program that recorded it.
         visits: Of a servo step.
         servo_setting: Of a servo step: zero_us, ns_per_deg, reversed of the joint on the board at that time.
+        strokes: Of a step of strokes, in order of time.
     """
 
     step: Step
@@ -84,6 +98,7 @@ class Evidence:
     protocol_hash: str = PROTOCOL_HASH.hex()
     visits: tuple[Visit, ...] = ()
     servo_setting: tuple[int, int, int] | None = None
+    strokes: tuple[CommandedStroke, ...] = ()
 
     @cached_property
     def recording(self) -> SensorSamples:
@@ -111,6 +126,7 @@ def to_bytes(evidence: Evidence) -> bytes:
         "protocol_hash": evidence.protocol_hash,
         "visits": [asdict(visit) for visit in evidence.visits],
         "servo_setting": evidence.servo_setting,
+        **({"strokes": [asdict(stroke) for stroke in evidence.strokes]} if evidence.strokes else {}),
     }
     columns: dict[str, Any] = {name: getattr(evidence.counts, name) for name in COLUMNS}
     buffer = io.BytesIO()
@@ -159,6 +175,7 @@ def _evidence(header: dict[str, Any], columns: dict[str, Any]) -> Evidence:
         protocol_hash=header["protocol_hash"],
         visits=tuple(Visit(**visit) for visit in header["visits"]),
         servo_setting=None if setting is None else (setting[0], setting[1], setting[2]),
+        strokes=tuple(CommandedStroke(**stroke) for stroke in header.get("strokes", ())),
     )
 
 

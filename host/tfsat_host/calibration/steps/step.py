@@ -43,6 +43,8 @@ class StepKind(StrEnum):
     """The whole robot is turned through a known angle, there and back, from rest to rest: scale factors."""
     SERVO = "servo"
     """The sequencer moves a joint to commanded angles and holds it there: pulse map."""
+    STROKES = "strokes"
+    """A maneuver is flown, or runs on the bench: each servo's speed, acceleration and delay."""
 
 
 DURATION_S: Final = {StepKind.REST: 20.0, StepKind.ZERO: 5.0, StepKind.SWING: 12.0}
@@ -144,6 +146,8 @@ def title(step: Step) -> str:
             return f"Turn of the whole robot about {step.axis}"
         case StepKind.SERVO:
             return f"Servo of joint {step.joint}"
+        case StepKind.STROKES:
+            return f"Strokes of joint {step.joint}"
 
 
 def task(step: Step) -> tuple[str, ...]:
@@ -189,8 +193,8 @@ def task(step: Step) -> tuple[str, ...]:
                 f"({angle_deg / duration_s:.0f} deg/s on average), and lay the same edge on; then turn it back. Three "
                 "times there and back; rest a second at each end.",
             )
-        case StepKind.SERVO:
-            raise ValueError("a servo step is not done by hand")
+        case StepKind.SERVO | StepKind.STROKES:
+            raise ValueError("a servo moves in this step, no hand")
 
 
 def _held_and_closed(step: Step) -> tuple[str, str]:

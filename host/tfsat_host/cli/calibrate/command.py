@@ -46,11 +46,15 @@ scale         scale factors of the gyros, and nonlinearity of the angle sensors
                        the axis about which no joint turns
     --jog              with --joint: the sequencer's servo moves the joint, not a hand
     {_SEQUENCER_PORT}
-servo         servo map: the angle that a joint reaches, by commanded angle
-    Have the sequencer move a joint through its range, both ways, and measure where it stops.
+servo         servo map: the angle that a joint reaches, by commanded angle; speed, acceleration and delay
+    Have the sequencer move a joint through its range, both ways, and measure where it stops. With --log: measure how
+    fast and how late each servo moves, from the strokes of a recorded run.
 
-    * --joint    which joint
-    --no-upload  measure only: the sequencer keeps its servo settings
+    ! --joint        which joint
+    ! --log FILE     take speed, acceleration and delay of all joints that moved from a recording, of a drop or of a run
+                     on the bench; needs no board, moves nothing
+    --maneuver FILE  with --log: what was flown (default: maneuver.toml next to the recording)
+    --no-upload      measure only: the sequencer keeps its servo settings
     {_SEQUENCER_PORT}
 show          all calibrated quantities, their age, and what a drop still needs
     Show what a certificate holds, and what the next drop cannot rely on.
@@ -78,6 +82,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Measures and writes; what was accepted before an end is kept."""
+    if getattr(args, "log", None) is not None:
+        return flow.take_from_log(args, out)
     if args.quantity == "servo":
         from tfsat_host.cli.calibrate import servo
 
@@ -87,6 +93,4 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
         return show.run(args, out)
 
-    if args.quantity == "bias" and args.log is not None:
-        return flow.take_from_log(args, out)
     return flow.measure(args, read_turn(args), out)

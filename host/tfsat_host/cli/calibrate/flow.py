@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.solution import SensorKnowledge
     from tfsat_host.calibration.steps.evidence import Evidence, Origin
     from tfsat_host.robot import RobotModel
+    from tfsat_host.sdlog import DropLog
 
     Reader = Callable[[Step, SensorKnowledge], Evidence]
 
@@ -62,8 +63,7 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
 
 
 def take_from_log(args: argparse.Namespace, out: Output) -> int:
-    """Takes a rest out of a recording, judges and keeps it as one on the bench."""
-    from tfsat_host.calibration.bias import rest_of
+    """Takes a rest or the strokes out of a recording, judges and keeps them as steps on the bench."""
     from tfsat_host.robot import load_robot
     from tfsat_host.run.certificate_check import origin_of_log
     from tfsat_host.sdlog.load import load
@@ -76,25 +76,58 @@ def take_from_log(args: argparse.Namespace, out: Output) -> int:
     here = argparse.Namespace(**{**vars(args), "emulated": origin.emulated})
     out.complete_command = partial(complete_command, args=here)
     with commands_as_typed(here, out):
-        rested = rest_of(log, args.log, origin)
+        steps = _steps_in(log, args, origin)
         campaign = open_campaign(args, origin, model, out)
-        before, newer = campaign.calibration, campaign.not_older_than(rested)
-        if newer is None:
-            campaign.accept(rested)
-    if newer is not None and newer.recorded_at > rested.recorded_at:
-        file = campaign.certificate
-        other = file.with_name(f"{file.stem}-{args.log.stem}.toml")
-        anew = NextStep("calibrate bias", ("--log", str(args.log), "--out", str(other)))
-        raise CalibrationError(
-            what=f"The rest in {args.log} is of {rested.recorded_at:%Y-%m-%d %H:%M} UTC, "
-            f"older than the biases in {file}, which are of {newer.recorded_at:%Y-%m-%d %H:%M} UTC.",
-            meaning="The newest biases count; the certificate is unchanged.",
-            next_step=Advice("For a certificate of its own: ", anew),
-        )
-    if newer is not None:
+        before = campaign.calibration
+        newer = [campaign.not_older_than(step) for step in steps]
+        for step, other in zip(steps, newer, strict=True):
+            if other is not None and other.recorded_at > step.recorded_at:
+                raise _older_than(other, step, campaign, args)
+        for step, other in zip(steps, newer, strict=True):
+            if other is None:
+                campaign.accept(step)
+    if all(newer):
         out.note(f"{campaign.certificate} already contains this recording: unchanged.")
-    give_result(here, campaign, [rested], before, model, out)
+    give_result(here, campaign, steps, before, model, out)
     return 0
+
+
+def _steps_in(log: DropLog, args: argparse.Namespace, origin: Origin) -> list[Evidence]:
+    """Cut the rest, or each joint's strokes, out of a recording. Raises CalibrationError, ManeuverError."""
+    from tfsat_host.calibration.bias import rest_of
+    from tfsat_host.run.files import MANEUVER, run_files
+    from tfsat_host.run.held_maneuver import find_commanded
+    from tfsat_host.run.recorded_strokes import recorded_strokes
+
+    if args.quantity == "bias":
+        return [rest_of(log, args.log, origin)]
+    schedule = find_commanded(run_files(args.log, args.maneuver), args.maneuver, log.session).schedule
+    if schedule is None:
+        again = NextStep("calibrate servo", ("--log", str(args.log), "--maneuver", MANEUVER))
+        raise CalibrationError(
+            what=f"The maneuver that was flown in {args.log} is unknown: no {MANEUVER} lies next to it.",
+            meaning="Which joint each stroke moved is not known; nothing was kept.",
+            next_step=Advice("Name it: ", again),
+        )
+    return recorded_strokes(log, schedule, args.log)
+
+
+_IN_LOG = {"bias": ("rest", "biases"), "servo": ("run", "servos' strokes")}
+"""By quantity what is taken out of a recording, and what it measures."""
+
+
+def _older_than(
+    newer: Evidence, step: Evidence, campaign: Campaign, args: argparse.Namespace
+) -> CalibrationError:
+    file, (part, measured) = campaign.certificate, _IN_LOG[args.quantity]
+    other = file.with_name(f"{file.stem}-{args.log.stem}.toml")
+    anew = NextStep(f"calibrate {args.quantity}", ("--log", str(args.log), "--out", str(other)))
+    return CalibrationError(
+        what=f"The {part} in {args.log} is of {step.recorded_at:%Y-%m-%d %H:%M} UTC, "
+        f"older than the {measured} in {file}, which are of {newer.recorded_at:%Y-%m-%d %H:%M} UTC.",
+        meaning=f"The newest {measured} count; the certificate is unchanged.",
+        next_step=Advice("For a certificate of its own: ", anew),
+    )
 
 
 def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, out: Output) -> Campaign:

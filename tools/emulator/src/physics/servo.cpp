@@ -127,16 +127,20 @@ void Servo::go_to(uint64_t t_us, const ServoMotion& from, double target_rad) {
   const double direction = target_rad >= rest ? 1.0 : -1.0;
   const double way = direction * (target_rad - from.angle_rad);
   const double rate = direction * from.rate_rad_s;
-  const double peak = std::fmin(rate_limit_rad_s(), std::sqrt(std::fmax(0.0, a * way + 0.5 * rate * rate)));
+  const double limit = rate_limit_rad_s() * (direction < 0.0 ? parameters_.errors.closing_share : 1.0);
+  const double peak = std::fmin(limit, std::sqrt(std::fmax(0.0, a * way + 0.5 * rate * rate)));
   // It became slow on its way: first it brakes to what it still can.
   const bool too_fast = fault_ == ServoFault::kSlow && rate > peak;
+  // From rest the motor takes its time; what it waits for since an earlier pulse is not put off by another.
+  const bool waits = driven_ && t_us < profile_.start_us;
+  const uint64_t start_us = waits ? profile_.start_us : rate == 0.0 ? t_us + parameters_.errors.delay_us : t_us;
   const double ramps =
       too_fast ? rate * rate / (2.0 * a) : (peak * peak - rate * rate) / (2.0 * a) + peak * peak / (2.0 * a);
   swing_cycles_ = 0;
   hand_.reset();
   target_rad_ = target_rad;
   profile_ = Profile();
-  profile_.start_us = t_us;
+  profile_.start_us = start_us;
   profile_.angle_rad = from.angle_rad;
   profile_.rate_rad_s = from.rate_rad_s;
   profile_.duration_s[0] = too_fast ? (rate - peak) / a : std::fmax(0.0, (peak - rate) / a);
@@ -144,7 +148,7 @@ void Servo::go_to(uint64_t t_us, const ServoMotion& from, double target_rad) {
   profile_.duration_s[2] = peak / a;
   profile_.acceleration_rad_s2[0] = too_fast ? -direction * a : direction * a;
   profile_.acceleration_rad_s2[2] = -direction * a;
-  overshoot_ = overshoot(t_us, direction, peak);
+  overshoot_ = overshoot(start_us, direction, peak);
 }
 
 void Servo::correct(uint64_t t_us, double target_rad) {
@@ -185,6 +189,7 @@ ServoMotion Servo::on_trapezoid(uint64_t t_us) const {
   ServoMotion m;
   m.angle_rad = profile_.angle_rad;
   m.rate_rad_s = profile_.rate_rad_s;
+  if (t_us < profile_.start_us) return m;  // its delay is not over
   for (int i = 0; i < 3; ++i) {
     const double a = profile_.acceleration_rad_s2[i];
     const bool inside = left < profile_.duration_s[i];

@@ -16,6 +16,8 @@ struct ServoErrors {
   double backlash_rad = 0.0;   // a motion ends half of it short of its target
   double repeat_rad = 0.0;     // standard deviation of where a motion ends
   double overshoot_rad = 0.0;  // a motion at the full rate runs so far beyond its end and comes back
+  uint64_t delay_us = 0;         // from a pulse's end to the first motion of a joint at rest
+  double closing_share = 1.0;    // of its greatest rate, towards smaller angles
   uint64_t seed = 1;
 };
 

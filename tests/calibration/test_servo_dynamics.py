@@ -1,0 +1,186 @@
+"""`calibrate servo --log`: speed, acceleration and delay of each servo by a recorded run, and what predictions gain."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.cli.process import RunCli
+from tests.fixtures.emulated_drop import Drop, drop
+from tfsat_host.calibration.servos.dynamics_fit import fit_dynamics, with_dynamics
+from tfsat_host.dynamics.simulation import fly
+from tfsat_host.emulated.emulated_certificate import careful_certificate
+from tfsat_host.emulated.imperfections import draw
+from tfsat_host.maneuver import Maneuver, Schedule, Stroke, format_maneuver, schedule_maneuver
+from tfsat_host.rehearsal.rehearsed_drop import rehearse
+from tfsat_host.rehearsal.series import decode_drop
+from tfsat_host.rehearsal.truth import drawn_truth
+from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.run.recorded_strokes import recorded_strokes
+
+BENCH = Maneuver(
+    tuple(Stroke(joint, way * 90.0, t_s) for way, t_s in ((1, 0.70), (-1, 1.50)) for joint in (1, 2, 3))
+)
+"""All joints open and close, with a rest in between."""
+TOGETHER = Maneuver(
+    tuple(
+        Stroke(joint, angle_deg, t_s)
+        for joint, angle_deg, t_s in (
+            (1, 90, 0.70),
+            (3, 90, 0.70),
+            (2, 90, 1.05),
+            (1, -90, 1.33),
+            (3, -90, 1.48),
+            (2, -90, 1.67),
+        )
+    )
+)
+"""What `design --together` finds within the tower."""
+BEGAN = datetime(2026, 7, 1, 9, tzinfo=UTC)
+RATES, DELAYS_S, CLOSING = (0.95, 1.07, 1.02), (0.004, 0.011, 0.008), (1.03, 0.98, 1.0)
+"""Of the robot file's greatest rate; of each servo; of its own rate when it closes."""
+PULSE_S = 0.00145
+"""From the rise of the stroke line to the mean end of a pulse."""
+
+
+@cache
+def robot(rates: tuple[float, ...] = RATES) -> RobotModel:
+    """Return the robot as it is: its servos are faster or slower than its file says."""
+    filed = load_robot()
+    servos = zip(filed.servos, rates, strict=True)
+    return replace(
+        filed,
+        servos=tuple(replace(servo, max_rate_rad_s=rate * servo.max_rate_rad_s) for servo, rate in servos),
+    )
+
+
+@cache
+def flown(maneuver: Maneuver, seed: int) -> Drop:
+    late = replace(draw(seed), servo_delay_s=np.array(DELAYS_S), servo_closing_share=np.array(CLOSING))
+    schedule: Schedule = schedule_maneuver(maneuver)
+    unix_us = round(BEGAN.timestamp() * 1e6)
+    return drop(robot(), late, seed=seed, schedule=schedule, unix_us=unix_us)
+
+
+@pytest.fixture
+def recording(tfsat_host: RunCli) -> Path:
+    """Return a recording of the bench run, its maneuver beside it."""
+    (tfsat_host.folder / "maneuver.toml").write_text(format_maneuver(BENCH))
+    file = tfsat_host.folder / "SD.bin"
+    file.write_bytes(flown(BENCH, 3).card)
+    return file
+
+
+def test_each_servo_s_speed_acceleration_and_delay_are_found_within_their_deviations(
+    tfsat_host: RunCli, recording: Path
+) -> None:
+    result = tfsat_host.json("calibrate", "servo", "--log", recording, "--out", "own.toml")
+    rows = {(row["joint"], row["direction"]): row for row in result["servos"]}
+    assert len(rows) == 6
+    for (joint, direction), row in rows.items():
+        closing = CLOSING[joint - 1] if direction == "closing" else 1.0
+        for key, truth, most in (
+            ("speed_deg_s", 200.0 * RATES[joint - 1] * closing, 1.0),
+            ("acceleration_deg_s2", 4000.0, 150.0),
+            ("delay_ms", 1e3 * (DELAYS_S[joint - 1] + PULSE_S), 1.0),
+        ):
+            assert row[f"{key}_std"] < most
+            assert abs(row[key] - truth) < 4.0 * row[f"{key}_std"], (joint, direction, key)
+    # The same recording a second time changes nothing.
+    before = (tfsat_host.folder / "own.toml").read_bytes()
+    again = tfsat_host("calibrate", "servo", "--log", recording, "--out", "own.toml")
+    assert "already contains this recording" in again.stderr
+    assert (tfsat_host.folder / "own.toml").read_bytes() == before
+    shown = tfsat_host("calibrate", "show", "--emulated", "--out", "own.toml", "--full").stdout
+    assert "Servo speeds: measured of joint 1, 2, 3" in shown and "closing" in shown
+
+
+def test_a_drop_with_joints_that_move_together_is_predicted_with_measured_servos(
+    tfsat_host: RunCli, recording: Path
+) -> None:
+    tfsat_host("calibrate", "servo", "--log", recording, "--out", "own.toml")
+    (tfsat_host.folder / "together.toml").write_text(format_maneuver(TOGETHER))
+    measured = ("--file", "together.toml", "--calibration", "own.toml")
+    predicted = tfsat_host.json("simulate", *measured)
+    assert predicted["calibration"] == "own.toml"
+    by_file = tfsat_host.json("simulate", "--file", "together.toml")
+    true_deg = math.degrees(flown(TOGETHER, 4).true_turn(3, 0.0, 2.5).magnitude())
+    assert abs(by_file["reorientation_deg"] - true_deg) > 0.5, "the file's servos do not predict it"
+    assert abs(predicted["reorientation_deg"] - true_deg) < 0.1
+    # What the servos' ± cost: everything else is exact.
+    exact = [f"{key}=0" for key in load_robot().uncertainty.figures()]  # type: ignore[union-attr]
+    sigmas = [word for key in exact for word in ("--sigma", key)]
+    study = tfsat_host.json("sensitivity", *measured, *sigmas, "--samples", "2000", "--workers", "1")
+    std_deg = study["monte_carlo"]["outputs"]["reorientation_deg"]["std"]["value"]
+    assert 0.005 < std_deg < 0.1
+    assert abs(predicted["reorientation_deg"] - true_deg) < 4.0 * std_deg
+    assert {source["kind"] for source in study["sources"] if source["linear_deg"]} == {
+        "servo_speed",
+        "servo_acceleration",
+        "servo_delay",
+    }
+
+
+def test_what_tells_no_speed_is_refused_and_nothing_is_written(tfsat_host: RunCli, recording: Path) -> None:
+    (tfsat_host.folder / "maneuver.toml").unlink()
+    log = ("calibrate", "servo", "--log", recording, "--out", "own.toml")
+    error = tfsat_host.json(*log, expect=1)["error"]
+    assert "unknown: no maneuver.toml" in error["what"] and "--maneuver" in error["next_step"]
+    # Strokes at other times than the stroke line's.
+    other = Maneuver((Stroke(1, 60.0, 0.93), Stroke(1, -60.0, 1.31)))
+    (tfsat_host.folder / "other.toml").write_text(format_maneuver(other))
+    error = tfsat_host.json(*log, "--maneuver", "other.toml", expect=1)["error"]
+    assert "no stroke line that fits the maneuver" in error["what"]
+    assert not (tfsat_host.folder / "own.toml").exists()
+
+
+def test_a_certificate_without_servo_speeds_or_of_another_robot_predicts_nothing(
+    tfsat_host: RunCli, recording: Path
+) -> None:
+    tfsat_host("calibrate", "bias", "--log", recording, "--out", "own.toml", expect=1)
+    tfsat_host("calibrate", "servo", "--log", recording, "--out", "own.toml")
+    error = tfsat_host.json(
+        "simulate", "90", "90", "--robot", "cubesat_3u", "--calibration", "own.toml", expect=1
+    )["error"]
+    assert "not of" in error["what"] and "robot file" in error["next_step"]
+
+
+@pytest.mark.prove
+@pytest.mark.timeout(600)
+def test_drops_of_six_rehearsed_robots_are_predicted_to_half_a_degree() -> None:
+    """Play, scatter and overshoot of the servos are as in a rehearsal; masses and centers of mass are as filed."""
+    filed = load_robot()
+    bench, together = map(schedule_maneuver, (BENCH, TOGETHER))
+    off_deg, off_by_file_deg = [], []
+    for seed in range(1, 7):
+        random = np.random.default_rng([seed, 99])
+        rates = np.clip(1.0 + 0.05 * random.standard_normal(3), 0.87, 1.15)
+        truth = drawn_truth(filed, seed)
+        late = replace(
+            truth.imperfections,
+            servo_delay_s=random.uniform(0.002, 0.015, 3),
+            servo_closing_share=random.uniform(0.95, 1.05, 3),
+        )
+        truth = replace(truth, model=robot(tuple(rates)), imperfections=late, rate_rad_s=np.zeros(3))
+        # The first day tells the servos, the second one is predicted.
+        log = decode_drop(rehearse(bench, filed, truth))
+        sensors = careful_certificate(filed, late, seed, BEGAN).joints
+        steps = recorded_strokes(log, bench, Path("SD.bin"))
+        measured = with_dynamics(filed, (fit for step in steps for fit in fit_dynamics(step, sensors, filed)))
+        day = rehearse(together, filed, truth)
+        times_s, base = day.truth[:, 0] - (day.released_s or 0.0), 4 + 4 * filed.base
+        begin, end = np.searchsorted(times_s, [0.0, day.fall_s - 0.05])
+        attitudes = Rotation.from_quat(day.truth[[begin, end], base : base + 4])
+        true_deg = math.degrees((attitudes[0].inv() * attitudes[1]).magnitude())
+        for model, errors in ((measured, off_deg), (filed, off_by_file_deg)):
+            turned = Rotation.from_quat(fly(model, together, until_s=2.5).quaternion_xyzw).magnitude()
+            errors.append(math.degrees(turned) - true_deg)
+    assert np.sqrt(np.mean(np.square(off_deg))) < 0.5
+    assert np.sqrt(np.mean(np.square(off_by_file_deg))) > 1.0
