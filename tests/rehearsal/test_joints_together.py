@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,31 @@ def test_a_drop_with_joints_that_move_together_is_good(tfsat_host: RunCli, maneu
         # The line rises with the pulse; the servo's own delay and gain are its affair.
         assert stroke["logged_s"] == pytest.approx(t_s, abs=3e-4)
         assert stroke["size_deg"] == pytest.approx(deg, abs=1.5)
+
+
+# As `design --together` has it: when the third joint starts, two are under way, and strokes follow before it ends.
+DESIGNED = [(1, 90, 0.7), (3, 90, 0.7), (2, 90, 1.05), (1, -90, 1.33), (3, -90, 1.48), (2, -90, 1.67)]
+
+
+def test_a_supply_that_dips_under_three_servos_is_named_and_the_recording_kept(
+    tfsat_host: RunCli, tmp_path: Path
+) -> None:
+    file = tmp_path / "designed.toml"
+    rows = [f"[[strokes]]\njoint = {joint}\nangle_deg = {deg}\nt_s = {t_s}\n" for joint, deg, t_s in DESIGNED]
+    file.write_text("schema = 1\n" + "".join(rows))
+    process = tfsat_host("rehearse", "--file", file, "--fault", "weak-battery", expect=None)
+    assert "fault: reset while running (last start: brown out)" in " ".join(process.stdout.split())
+    summary = json.loads((tfsat_host.folder / "run" / "summary.json").read_text())
+    (fault,) = summary["faults"]
+    assert fault["outcome"] == "stops at once and stays where it is" and fault["came_of_it"]
+    assert any(found["by_name"] for found in fault["noticed_by"])
+    evaluation = tfsat_host.json("evaluate", "run", expect=3)
+    reasons = " ".join(evaluation["verdict"]["reasons"])
+    assert evaluation["verdict"]["level"] == "doubtful"
+    assert "The sequencer stopped after 3 joints had moved at once: its supply may have dipped." in reasons
+    # It was the file's maneuver, as far as it went.
+    assert "Another maneuver" not in reasons
+    assert tfsat_host.json("decode", "run/SD.bin", "--out", "decoded")["verdict"] == "complete"
 
 
 def test_a_board_that_moves_one_joint_at_a_time_refuses_it(tfsat_host: RunCli, maneuver: Path) -> None:
