@@ -89,4 +89,6 @@ def test_a_supply_that_dips_under_three_servos_is_named_and_the_recording_kept(
 def test_a_board_that_moves_one_joint_at_a_time_refuses_it(tfsat_host: RunCli, maneuver: Path) -> None:
     error = tfsat_host.json("upload-sequence", "--file", maneuver, "--emulated", "--yes", expect=4)["error"]
     assert error["code"] == "too_many_moving"
+    # Line 6 is the second stroke's.
+    assert error["what"].startswith(f"{maneuver}:6: Stroke 2 makes 2 joints move at once")
     assert "moving_at_once = 1" in error["what"] and "Nothing was sent" in error["meaning"]
