@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.cli.process import RunCli
 
@@ -59,6 +62,23 @@ def test_a_drop_with_joints_that_move_together_is_good(tfsat_host: RunCli, maneu
         # The line rises with the pulse; the servo's own delay and gain are its affair.
         assert stroke["logged_s"] == pytest.approx(t_s, abs=3e-4)
         assert stroke["size_deg"] == pytest.approx(deg, abs=1.5)
+    check_gain_over_59_70(tfsat_host, evaluation["reorientation_deg"])
+
+
+def check_gain_over_59_70(tfsat_host: RunCli, reorientation_deg: float) -> None:
+    """Check that screen and page compare the last run with the same simulated 59/70."""
+    screen = " ".join(tfsat_host("evaluate", "run", "--full").stdout.split())
+    words = re.search(r"Gain over 59/70: (\S+) ± \S+ deg, 59/70, one joint at a time: (\S+) deg", screen)
+    assert words
+    gain_deg, alone_deg = map(float, words.groups())
+    assert gain_deg == pytest.approx(reorientation_deg - alone_deg, abs=2e-3)
+    # Without angular momentum it turns 26.106 deg; the release turns the robot by some more or less.
+    assert alone_deg == pytest.approx(26.1, abs=2.0) and alone_deg != pytest.approx(26.106, abs=0.01)
+    page = (tfsat_host.folder / "run" / "report.html").read_text()
+    document = json.loads(page.partition('id="document">')[2].partition("</script>")[0])
+    poses = np.array(document["drops"][0]["replay"]["reference"])[:, 0, 3:]
+    turn = Rotation.from_quat(poses[0]).inv() * Rotation.from_quat(poses[-1])
+    assert np.rad2deg(turn.magnitude()) == pytest.approx(alone_deg, abs=0.01)
 
 
 # As `design --together` has it: when the third joint starts, two are under way, and strokes follow before it ends.
@@ -83,6 +103,8 @@ def test_a_supply_that_dips_under_three_servos_is_named_and_the_recording_kept(
     assert "The sequencer stopped after 3 joints had moved at once: its supply may have dipped." in reasons
     # It was the file's maneuver, as far as it went.
     assert "Another maneuver" not in reasons
+    # Nothing was gained over 59/70 by a loop that stayed open.
+    assert "Gain over" not in (tfsat_host.folder / "run" / "report.html").read_text()
     assert tfsat_host.json("decode", "run/SD.bin", "--out", "decoded")["verdict"] == "complete"
 
 
