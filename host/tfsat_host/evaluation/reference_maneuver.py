@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from scipy.spatial.transform import Rotation
-
 from tfsat_host.dynamics.simulation import Simulation, fly
-from tfsat_host.evaluation.com_fit.model_comparison import BODY_1
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 
@@ -18,17 +15,11 @@ def fly_reference(evaluation: Evaluation) -> Simulation | None:
     None: no joints moved together, a stroke was not flown, or attitudes are not given.
     """
     schedule = evaluation.schedule
-    if schedule is None or schedule.moving_at_once < 2 or not evaluation.is_given():
-        return None
     # A loop that was not closed has turned by the open joints' poses: no gain.
-    if not all(stroke.moved for stroke in evaluation.strokes):
+    closed = all(stroke.moved for stroke in evaluation.strokes)
+    if schedule is None or schedule.moving_at_once < 2 or not closed or not evaluation.is_given():
         return None
     # Until the first stroke the predicted rate of the base is that of the drop's momentum alone.
     rate_rad_s = evaluation.explained.nominal.prediction.rate_rad_s[0]
     until_s = float(evaluation.motion.bodies[evaluation.model.base].t_s[-1])
     return fly(evaluation.model, REFERENCE, until_s=until_s, initial_rate_rad_s=rate_rad_s)
-
-
-def reorientation_rad(simulation: Simulation) -> float:
-    """Return the rotation angle of body 1 over a simulated flight."""
-    return float(Rotation.from_matrix(simulation.rotations()[BODY_1]).magnitude())

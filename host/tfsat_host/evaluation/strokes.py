@@ -7,7 +7,7 @@ motion began. No threshold of the rate is then in the result, and no low-pass's 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -126,26 +126,25 @@ def strokes_flown(
         flown_strokes.append(
             _classify_stroke(motion, flown_stroke, float(begins[i]), float(min([*again, motion.t_s[-1]])))
         )
-    return tuple(_explain_stop(flown_strokes, count_moving(strokes)))
+    _explain_stop(flown_strokes, count_moving(strokes))
+    return tuple(flown_strokes)
 
 
-def _explain_stop(strokes: Sequence[FlownStroke], moving: Sequence[int]) -> Iterator[FlownStroke]:
-    """Yield the strokes; the first one from which on none began says what several joints at once may have done.
+def _explain_stop(strokes: list[FlownStroke], moving: Sequence[int]) -> None:
+    """Remark at the first stroke from which on none began what joints that moved at once may have done.
 
     `moving`: joints that move when each stroke has begun.
     """
-    begun = [np.isfinite(stroke.logged_s) for stroke in strokes]
-    first_missing = len(begun) - next((i for i, seen in enumerate(reversed(begun)) if seen), len(begun))
-    for i, stroke in enumerate(strokes):
-        if i == first_missing and i > 0 and max(moving[:i]) > 1:
-            yield replace(
-                stroke,
-                remark=f"{stroke.remark} The sequencer stopped after {max(moving[:i])} joints had moved at once: its "
-                f"supply may have dipped. Its last start tells: {NextStep('status')}. Then fly with "
-                "fewer at once (moving_at_once), or fit a supply that carries them.",
-            )
-        else:
-            yield stroke
+    stop = max(
+        (number for number, stroke in enumerate(strokes, 1) if np.isfinite(stroke.logged_s)), default=0
+    )
+    if 0 < stop < len(strokes) and max(moving[:stop]) > 1:
+        strokes[stop] = replace(
+            strokes[stop],
+            remark=f"{strokes[stop].remark} The sequencer stopped after {max(moving[:stop])} joints had moved at once: "
+            f"its supply may have dipped. Its last start tells: {NextStep('status')}. Then fly with fewer at once "
+            "(moving_at_once), or fit a supply that carries them.",
+        )
 
 
 def _classify_stroke(

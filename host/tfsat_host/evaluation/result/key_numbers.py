@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.com_fit.model_comparison import BODY_1
 from tfsat_host.evaluation.com_fit.prediction import AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.reference_maneuver import fly_reference, reorientation_rad
+from tfsat_host.evaluation.reference_maneuver import fly_reference
 from tfsat_host.evaluation.result.model_result import distance_words, withholding_factor, worth_of
 from tfsat_host.quantity import Quantity, number
 from tfsat_host.sdlog import DropLog
@@ -64,7 +65,7 @@ def _gain(evaluation: Evaluation) -> Iterator[Quantity]:
     reference = fly_reference(evaluation)
     if reference is not None:
         turned, std = np.rad2deg([evaluation.reorientation.angle_rad, evaluation.reorientation.std_rad])
-        alone = np.rad2deg(reorientation_rad(reference))
+        alone = np.rad2deg(Rotation.from_matrix(reference.rotations()[BODY_1]).magnitude())
         note = f"59/70, one joint at a time: {alone:.3f} deg (nominal model, this drop's momentum, without ±)"
         yield Quantity(turned - alone, std, "deg", label="Gain over 59/70", note=note)
 
