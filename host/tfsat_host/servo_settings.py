@@ -30,6 +30,7 @@ from typing import Final
 from tfsat_host.config import ConfigKind, Fault, Table, format_config, parse_config, read_config
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.maneuver import TimedStroke, count_moving
+from tfsat_host.maneuver.maneuver import place_of_stroke
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import limits
 from tfsat_host.protocol.enums import ErrorCode
@@ -187,10 +188,12 @@ class Misfit:
     Attributes:
         code: Of the board's refusal.
         words: What does not fit, and what the settings allow; to end a sentence.
+        stroke: Number of the stroke at fault, from 1.
     """
 
     code: ErrorCode
     words: str
+    stroke: int
 
 
 def find_misfit(strokes: Sequence[TimedStroke], settings: ServoSettings) -> Misfit | None:
@@ -205,6 +208,7 @@ def _too_many_moving(strokes: Sequence[TimedStroke], settings: ServoSettings) ->
                 ErrorCode.TOO_MANY_MOVING,
                 f"stroke {number} makes {moving} joints move at once, but the servo settings allow "
                 f"moving_at_once = {settings.moving_at_once}",
+                number,
             )
 
 
@@ -219,6 +223,7 @@ def _beyond_limits(strokes: Sequence[TimedStroke], settings: ServoSettings) -> I
                 ErrorCode.SETTINGS_DO_NOT_FIT,
                 f"stroke {number} takes joint {stroke.joint} to {angle_cdeg / CDEG_PER_DEG:g} deg, "
                 f"but its servo settings allow {limits_text(servo)} deg",
+                number,
             )
 
 
@@ -229,8 +234,11 @@ _MISFIT_REMEDIES = {
 }
 
 
-def insist_on_fit(strokes: Sequence[TimedStroke], settings: ServoSettings) -> None:
-    """Raises RefusedError for a maneuver that the board would store and refuse to arm by its servo settings."""
+def insist_on_fit(strokes: Sequence[TimedStroke], settings: ServoSettings, file: Path | None = None) -> None:
+    """Raises RefusedError for a maneuver that the board would store and refuse to arm by its servo settings.
+
+    `file`: the maneuver's, which the error names with the line of the stroke at fault.
+    """
     misfit = find_misfit(strokes, settings)
     if misfit is not None:
         meaning = (
@@ -238,8 +246,9 @@ def insist_on_fit(strokes: Sequence[TimedStroke], settings: ServoSettings) -> No
             if misfit.code == ErrorCode.SETTINGS_DO_NOT_FIT
             else "The supply may dip, and a servo or the board with it"
         )
+        place = "" if file is None else f"{place_of_stroke(file, misfit.stroke)}: "
         raise RefusedError(
-            what=f"{misfit.words[:1].upper()}{misfit.words[1:]}.",
+            what=f"{place}{misfit.words[:1].upper()}{misfit.words[1:]}.",
             meaning=f"{meaning}, so the board would refuse to arm. Nothing was sent.",
             next_step=Advice(_MISFIT_REMEDIES[misfit.code], NextStep("upload-servos", ("--show",))),
             code=misfit.code,

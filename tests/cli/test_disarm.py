@@ -20,6 +20,9 @@ from tfsat_host.protocol.enums import Board, ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, FrameReceiver
 from tfsat_host.protocol.messages import DisarmReply, DisarmRequest, HelloRequest
 
+TOGETHER = """schema = 1
+strokes = [{joint = 1, angle_deg = 60, t_s = 0.7}, {joint = 2, angle_deg = 50, t_s = 0.7}]
+"""
 CUT = "cut the sequencer's power."
 
 
@@ -78,10 +81,31 @@ def test_another_protocol_is_disarmed_all_the_same(board: PtyBoard, tfsat_host: 
     assert (result["state"], result["same_protocol"]) == ("safe", False)
 
 
-def test_every_other_command_refuses_another_protocol(board: PtyBoard, tfsat_host: RunCli) -> None:
-    error = tfsat_host.json("arm", "--yes", "--port", board.port, expect=1)["error"]
-    assert error["code"] == "other-protocol"
-    assert board.requests == [HelloRequest.TYPE]
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("arm", "--yes"),
+        ("upload-sequence", "59", "70", "--yes"),
+        ("upload-sequence", "--file", "together.toml", "--yes"),
+        ("upload-servos", "--factory", "--yes"),
+        ("upload-servos", "--show"),
+        ("jog", "--joint", "1", "--from", "0", "--to", "10", "--yes"),
+        ("status",),
+    ],
+    ids=" ".join,
+)
+def test_every_other_command_refuses_another_protocol(
+    board: PtyBoard, tfsat_host: RunCli, command: tuple[str, ...]
+) -> None:
+    # A firmware from before joints moved together is such a board.
+    board.identity = replace(board.identity, firmware_version=b"\0\1\0")
+    (tfsat_host.folder / "together.toml").write_text(TOGETHER)
+    printed = tfsat_host(*command, "--port", board.port, "--json", expect=None)
+    assert "other-protocol" in printed.stdout
+    assert "The sequencer is the older side (0.1.0): flash this checkout's firmware" in printed.stdout
+    assert printed.returncode == 1
+    # Nothing but its name was asked.
+    assert set(board.requests) == {HelloRequest.TYPE}
 
 
 def test_a_board_that_does_not_disarm_loses_its_power(board: PtyBoard, tfsat_host: RunCli) -> None:

@@ -40,6 +40,41 @@ def test_a_rounded_angle_is_said_on_stderr_and_in_json(tfsat_host: RunCli) -> No
     assert len(notices) == 2
 
 
+ROW = "[[strokes]]\njoint = {}\nangle_deg = {}\nt_s = {}\n"
+
+
+@pytest.mark.parametrize("command", ["upload-sequence", "rehearse", "envelope"])
+@pytest.mark.parametrize(
+    ("strokes", "code", "line", "words"),
+    [
+        (
+            [(1, 60, 0.7), (2, 50, 0.8), (1, -60, 0.9)],
+            "overlap",
+            10,
+            "A joint cannot do two strokes at once.",
+        ),
+        ([(1, 60, 0.7), (2, 50, 0.703)], "starts-too-close", 6, "at the same time or 10 ms apart."),
+        ([(1, 60, 0.7), (2, 50, 0.7), (2, -50, 2.3)], "outlasts-fall", 10, "land while it still moves."),
+    ],
+    ids=["one joint twice", "3 ms apart", "after the fall"],
+)
+def test_overlapping_strokes_that_cannot_be_flown_are_refused_with_their_line(
+    tfsat_host: RunCli, command: str, strokes: list[tuple[float, ...]], code: str, line: int, words: str
+) -> None:
+    file = tfsat_host.folder / "m.toml"
+    file.write_text("schema = 1\n" + "".join(ROW.format(*stroke) for stroke in strokes))
+    error = tfsat_host.json(command, "--file", file, expect=1)["error"]
+    assert error["code"] == code and error["what"].startswith(f"{file}:{line}: Stroke {len(strokes)} ")
+    assert words in error["meaning"]
+
+
+def test_a_dry_run_says_how_many_joints_the_settings_must_allow(tfsat_host: RunCli) -> None:
+    file = tfsat_host.folder / "m.toml"
+    file.write_text("schema = 1\n" + ROW.format(1, 60, 0.7) + ROW.format(3, 50, 0.7))
+    process = tfsat_host("upload-sequence", "--file", file, "--dry-run")
+    assert "up to 2 joints at once (servo settings: moving_at_once)." in " ".join(process.stdout.split())
+
+
 @pytest.mark.parametrize(
     ("a", "b", "code"),
     [

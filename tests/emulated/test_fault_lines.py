@@ -54,7 +54,17 @@ def test_a_stuck_switch_is_what_both_boards_see(server: RobotServer, line: str, 
 
 def test_each_line_is_the_call_that_it_says(server: RobotServer, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[tuple[object, ...]] = []
-    for name in ("imu", "angle_sensor", "servo", "switch", "bounce", "card_stalls", "clock", "heal"):
+    for name in (
+        "imu",
+        "angle_sensor",
+        "battery",
+        "servo",
+        "switch",
+        "bounce",
+        "card_stalls",
+        "clock",
+        "heal",
+    ):
 
         def note(*values: object, name: str = name) -> None:
             calls.append((name, *values))
@@ -67,6 +77,8 @@ def test_each_line_is_the_call_that_it_says(server: RobotServer, monkeypatch: py
         "fault angle 3 turned -30.5",
         "fault angle 6 dead",
         "fault servo 2 slow",
+        "fault battery 0.7",
+        "fault battery none",
         "fault bounce 50ms",
         "fault bounce none",
         "fault card 400ms",
@@ -82,6 +94,8 @@ def test_each_line_is_the_call_that_it_says(server: RobotServer, monkeypatch: py
         ("angle_sensor", 3, "turned", -30.5),
         ("angle_sensor", 6, "dead"),
         ("servo", 2, "slow"),
+        ("battery", 0.7),
+        ("battery", None),
         ("bounce", 50_000),
         ("bounce", None),
         # Without a distance: the next stall 2 s later.

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tests.fixtures.emulated_drop import OF_THE_PAPER, Act, read_card, releaser
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.emulated.emulated_robot import EmulatedRobot
 from tfsat_host.emulated.imperfections import Imperfections, draw
+from tfsat_host.maneuver import Schedule
 from tfsat_host.sdlog import DropLog
+from tfsat_host.servo_settings import FACTORY
 
 BROKEN_AT_US = 500_000
 """After the start of a recording."""
@@ -39,9 +43,18 @@ def record(
     return log, slice(0, row), slice(after, log.t_us.size)
 
 
-def fly(robot: EmulatedRobot, board: SequencerClient, before_drop: Act, *, until_us: int = 2_450_000) -> None:
-    """Upload 59/70, arm, let the act happen, drop, and stop in the fall."""
-    board.upload(OF_THE_PAPER)
+def fly(
+    robot: EmulatedRobot,
+    board: SequencerClient,
+    before_drop: Act,
+    *,
+    until_us: int = 2_450_000,
+    schedule: Schedule = OF_THE_PAPER,
+) -> None:
+    """Upload the schedule, arm, let the act happen, drop, and stop in the fall."""
+    if schedule.moving_at_once > FACTORY.moving_at_once:
+        board.write_settings(replace(FACTORY, moving_at_once=schedule.moving_at_once))
+    board.upload(schedule)
     board.arm()
     # Half a second of resting on the crane.
     robot.advance(500_000)

@@ -11,10 +11,11 @@ from tests.fixtures.emulated_drop import Act, read_card, releaser
 from tfsat_host.devices.board_errors import BoardRefusal
 from tfsat_host.emulated.emulated_robot import EmulatedRobot, Reset
 from tfsat_host.emulated.imperfections import ideal
-from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.maneuver import Maneuver, Stroke, four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import RELEASE_BOUNCE_US, RELEASE_CHATTER_US
 from tfsat_host.protocol.messages import SequencerStatusReply
+from tfsat_host.rehearsal.faults.board_faults import WEAK_BATTERY_OHM
 
 BOTH = pytest.mark.parametrize("sequencer", ["native", "avr"])
 
@@ -86,6 +87,31 @@ def test_a_servo_that_is_well_again_follows_its_pulses(sequencer: str) -> None:
         robot.faults.servo(1, None)
         robot.advance(400_000)
         assert robot.joint_angles_deg()[0] == pytest.approx(59.0, abs=0.1)
+
+
+TWO_AT_ONCE = (Stroke(1, 60, 0.7), Stroke(2, 60, 0.7), Stroke(1, -60, 1.3), Stroke(2, -60, 1.3))
+THREE_AT_ONCE = (Stroke(1, 60, 0.7), Stroke(2, 60, 0.7), Stroke(3, 60, 0.9), Stroke(1, -60, 1.5))
+
+
+@pytest.mark.parametrize(
+    ("strokes", "battery_ohm", "dips"),
+    [
+        (TWO_AT_ONCE, WEAK_BATTERY_OHM, False),
+        (THREE_AT_ONCE, WEAK_BATTERY_OHM, True),
+        (THREE_AT_ONCE, None, False),
+    ],
+    ids=["two, weak", "three, weak", "three, sound"],
+)
+def test_a_weak_battery_carries_two_servos_and_not_three(
+    strokes: tuple[Stroke, ...], battery_ohm: float | None, dips: bool
+) -> None:
+    with releaser(seed=SEED, imperfections=ideal()) as (robot, board, _):
+        schedule = schedule_maneuver(Maneuver(strokes))
+        fly(robot, board, lambda robot: robot.faults.battery(battery_ohm), schedule=schedule)
+        status = board.status()
+    assert (status.state == SequencerState.FAULT) == dips
+    assert (status.reset_cause == ResetCause.BROWN_OUT) == dips
+    assert status.fault == (ErrorCode.RESET_WHILE_RUNNING if dips else ErrorCode.NONE)
 
 
 @BOTH

@@ -95,6 +95,11 @@ def _robot(fault: Fault, recording_note: str) -> str:
         [
             _short(fault.outcome) + recording_note,
             *(f"{_short(outcome)} if @{when[outcome]}" for outcome in others),
+            *(
+                [f"{_short(fault.three_moving[0])} if three joints move at once"]
+                if fault.three_moving
+                else []
+            ),
         ]
     )
 

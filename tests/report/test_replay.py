@@ -104,6 +104,23 @@ def test_the_model_stands_over_beside_or_nowhere(report: Opened) -> None:
     assert beside.unlike(over) > 1000
 
 
+def test_59_70_stands_beside_a_drop_whose_joints_moved_together(
+    open_document: Opener, report: Opened
+) -> None:
+    model = report.page.get_by_label("Model", exact=True)
+    assert model.locator("option").all_inner_texts() == ["beside", "overlaid", "hidden"]
+    document = sample_document()
+    replay = document["drops"][0]["replay"]
+    # Bodies that never move can be told from the model's.
+    replay["reference"] = [replay["measured"][0]] * len(replay["t_s"])
+    together = open_document(document)
+    together.page.get_by_label("Time after release").fill("1.4")
+    beside_model = together.replay_picture()
+    together.page.get_by_label("Model", exact=True).select_option("59/70 beside")
+    assert together.page.locator(".sides span").all_inner_texts() == ["measured", "59/70 simulated"]
+    assert together.replay_picture().unlike(beside_model) > 1000
+
+
 def test_missing_poses_hide_their_bodies_and_a_missing_model_its_ghost(open_document: Opener) -> None:
     document = sample_document()
     replay = document["drops"][0]["replay"]

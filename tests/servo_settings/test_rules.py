@@ -179,6 +179,7 @@ def test_the_first_stroke_that_leaves_is_named() -> None:
     assert find_misfit(strokes, limit_angles(5900, 6999, 1)) == Misfit(
         ErrorCode.SETTINGS_DO_NOT_FIT,
         "stroke 2 takes joint 2 to 70 deg, but its servo settings allow 0 to 69.99 deg",
+        2,
     )
 
 
@@ -190,6 +191,7 @@ def test_the_first_stroke_that_moves_too_many_is_named() -> None:
     assert find_misfit(strokes, replace(FACTORY, moving_at_once=2)) == Misfit(
         ErrorCode.TOO_MANY_MOVING,
         "stroke 3 makes 3 joints move at once, but the servo settings allow moving_at_once = 2",
+        3,
     )
 
 

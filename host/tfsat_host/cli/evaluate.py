@@ -73,7 +73,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
         text, path_text = corrected_robot(evaluated_run.found, evaluated_run.recorded), printable(robot_file)
         write_text(robot_file, CORRECTED_MARKER, text, force=args.force)
-        out.note(f"Written: {path_text}\nNext: {NextStep('simulate', ('59', '70', '--robot', path_text))}")
+        flown = evaluated_run.files.maneuver
+        maneuver = ("59", "70") if flown is None else ("--file", printable(flown))
+        out.note(f"Written: {path_text}\nNext: {NextStep('simulate', (*maneuver, '--robot', path_text))}")
     return ExitCode.DATA_LOSS if evaluated_run.verdict.level != "good" else 0
 
 

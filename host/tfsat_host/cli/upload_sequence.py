@@ -114,7 +114,7 @@ def _upload(
     """Sends the schedule, has it read back and compared: by which board, and the board's settings."""
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         settings = sequencer.settings().settings
-        insist_on_fit(schedule.strokes, settings)
+        insist_on_fit(schedule.strokes, settings, args.file)
         with out.progress(f"Uploading to {sequencer.port}"):
             upload = sequencer.upload(schedule)
         keep_upload(maneuver, sequencer.identity.serial, upload.stored.crc, out.note)
@@ -161,7 +161,9 @@ def _show(result: UploadedSequence, out: Output) -> None:
         )
     else:
         show_rows(STROKES, schedule.strokes, out)
-    out.line(f"Ends {schedule.end_s:.2f} s after release, at {schedule.speed_deg_s:g} deg/s.")
+    at_once = schedule.moving_at_once
+    together = f", up to {at_once} joints at once (servo settings: moving_at_once)" if at_once > 1 else ""
+    out.line(f"Ends {schedule.end_s:.2f} s after release, at {schedule.speed_deg_s:g} deg/s{together}.")
     if result.device is None or result.upload is None:
         verdict = "all checks passed, but see the warning" if result.doubtful else "all checks passed"
         out.line(f"Dry run: {verdict}; nothing was sent.")

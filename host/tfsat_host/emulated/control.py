@@ -29,7 +29,7 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
 _DURATION = re.compile(r"(\d+\.?\d*|\.\d+)(us|ms|s)?", re.ASCII)
 _UNITS_S = {"us": 1e-6, "ms": 1e-3, "s": 1.0, None: 1.0}
 _WHOLE = ("BODY", "JOINT", "SENSOR", "CYCLES", "ROUNDS")
-_DECIMAL = ("DEGREES", "PPM")
+_DECIMAL = ("DEGREES", "PPM", "OHM")
 _MAX_DURATION_S = {
     "DURATION": 3600.0,
     "PERIOD": 3600.0,
@@ -256,6 +256,7 @@ def _card_fault(server: RobotServer, stall_s: float | None, every_s: float = STA
 _FAULTS = {
     "none": _Verb("", lambda server: server.robot.faults.heal()),
     "imu": _Verb("BODY dead|frozen|saturated|glitch|swapped|none [BODY]", _imu_fault),
+    "battery": _Verb("none|OHM", lambda server, ohm: server.robot.faults.battery(ohm)),
     "bus": _Verb("1|2 stuck|none", lambda server, bus, kind: server.robot.faults.bus(bus, kind is not None)),
     "angle": _Verb(
         "SENSOR dead|frozen|turned|none [DEGREES]",

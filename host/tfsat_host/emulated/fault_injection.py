@@ -24,6 +24,7 @@ ClockedBoard = Literal["sequencer", "logger"]
 BUS_COUNT = IMU_COUNT // IMUS_PER_BUS
 MAX_PPM = 20_000.0
 """A board's clock is off by no more (board_clock.h)."""
+MAX_BATTERY_OHM = 10.0
 _IMU_KINDS = ("dead", "frozen", "saturated")  # from 1 on as api.h numbers them, like all of these
 _ANGLE_SENSOR_KINDS = ("dead", "frozen")
 
@@ -110,6 +111,14 @@ class Faults:
         _require("joint", joint, JOINT_COUNT)
         self._library.tfsat_fault_servo(self._robot, joint - 1, _number("servos", kind, get_args(ServoFault)))
 
+    def battery(self, resistance_ohm: float | None) -> None:
+        """Set the resistance of the battery that servos and sequencer share; None: a sound one's (supply.h)."""
+        if resistance_ohm is not None and not 0.0 <= resistance_ohm <= MAX_BATTERY_OHM:
+            raise _refusal(f"No battery has {resistance_ohm:g} ohm: 0 to {MAX_BATTERY_OHM:g}")
+        self._library.tfsat_set_battery_resistance(
+            self._robot, -1.0 if resistance_ohm is None else resistance_ohm
+        )
+
     def switch(self, index: int, kind: SwitchFault | None) -> None:
         """Set or clear a fault of a release switch (1 or 2)."""
         _require("release switch", index, SWITCH_COUNT)
@@ -159,6 +168,7 @@ class Faults:
             self.angle_sensor(index, None)
         for joint in range(1, JOINT_COUNT + 1):
             self.servo(joint, None)
+        self.battery(None)
         for index in range(1, SWITCH_COUNT + 1):
             self.switch(index, None)
         self.bounce(None)

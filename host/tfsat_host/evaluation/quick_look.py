@@ -128,7 +128,10 @@ def disagreements(
     sentences = []
     starts_s, first_strokes = np.unique(scheduled_s, return_index=True)
     if len(logged_s) != len(starts_s):
-        sentences.append(f"The log holds {len(logged_s)} starts of strokes, {len(starts_s)} were scheduled.")
+        sentences.append(
+            f"The log holds {len(logged_s)} starts of strokes, {len(starts_s)} were scheduled"
+            f"{'' if len(starts_s) == len(scheduled_s) else ' (strokes that begin together have one)'}."
+        )
     for first_stroke, planned_s, seen_s in zip(first_strokes, starts_s, logged_s, strict=False):
         # Negated, so that NaN counts as a difference.
         if not abs(seen_s - planned_s) <= TIME_TOLERANCE_S:

@@ -15,7 +15,8 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.motion.joints import JointMotion
 from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.maneuver import Schedule
+from tfsat_host.maneuver import Schedule, count_moving
+from tfsat_host.next_step import NextStep
 
 WINDOW = 8
 """Samples averaged for an angle at rest: 29 ms at 280 Hz."""
@@ -125,7 +126,25 @@ def strokes_flown(
         flown_strokes.append(
             _classify_stroke(motion, flown_stroke, float(begins[i]), float(min([*again, motion.t_s[-1]])))
         )
+    _explain_stop(flown_strokes, count_moving(strokes))
     return tuple(flown_strokes)
+
+
+def _explain_stop(strokes: list[FlownStroke], moving: Sequence[int]) -> None:
+    """Remark at the first stroke from which on none began what joints that moved at once may have done.
+
+    `moving`: joints that move when each stroke has begun.
+    """
+    stop = max(
+        (number for number, stroke in enumerate(strokes, 1) if np.isfinite(stroke.logged_s)), default=0
+    )
+    if 0 < stop < len(strokes) and max(moving[:stop]) > 1:
+        strokes[stop] = replace(
+            strokes[stop],
+            remark=f"{strokes[stop].remark} The sequencer stopped after {max(moving[:stop])} joints had moved at once: "
+            f"its supply may have dipped. Its last start tells: {NextStep('status')}. Then fly with fewer at once "
+            "(moving_at_once), or fit a supply that carries them.",
+        )
 
 
 def _classify_stroke(

@@ -80,9 +80,7 @@ class ManeuverError(TfsatError):
 
     def in_file(self, file: Path) -> ManeuverError:
         """Return the same error with the maneuver's file added, and the line of the stroke at fault."""
-        where = str(file)
-        if self.stroke is not None:
-            where += f":{line_of(file.read_text(encoding='utf-8'), ('strokes', self.stroke - 1))}"
+        where = str(file) if self.stroke is None else place_of_stroke(file, self.stroke)
         return ManeuverError(
             self.code,
             what=f"{where}: {self.what}",
@@ -90,6 +88,11 @@ class ManeuverError(TfsatError):
             next_step=self.next_step,
             stroke=self.stroke,
         )
+
+
+def place_of_stroke(file: Path, number: int) -> str:
+    """Return `FILE:LINE` of a stroke, counted from 1, in a maneuver file that could be read."""
+    return f"{file}:{line_of(file.read_text(encoding='utf-8'), ('strokes', number - 1))}"
 
 
 @dataclass(frozen=True, slots=True)

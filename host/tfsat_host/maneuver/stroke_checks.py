@@ -251,7 +251,7 @@ def check_timing(
                 what=f"Stroke {number} would end {_s(1000 * math.ceil(end_us / 1000))} s after release; "
                 f"the fall ends at {_s(limits.end_max_us)} s.",
                 meaning="The robot would land while it still moves.",
-                next_step="Use smaller angles, fewer strokes or a higher speed.",
+                next_step="Use smaller angles, fewer strokes, earlier starts or a higher speed.",
                 stroke=number,
             )
 

@@ -15,7 +15,9 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.preflight_check import join_steps
 from tfsat_host.present.evaluation_text import show_verdict
 from tfsat_host.present.output import Output
+from tfsat_host.present.sequencer_state import with_fault
 from tfsat_host.present.terminal import bullets, printable, show_facts, show_rows, show_table, write_verdict
+from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.quantity import Column, Columns, Quantity, Table, decimals_of, number, plus_minus
 from tfsat_host.rehearsal.faults.fault import Outcome
 from tfsat_host.rehearsal.judgement import DETECTORS, STILL_DEG, JudgedFault, outcome_missed
@@ -288,7 +290,9 @@ def _sequencer_text(result: RehearsalResult) -> str:
     if status is None:
         return "does not respond"
     state = status.state.name.lower()
-    parts: list[str | NextStep] = [state]
+    parts: list[str | NextStep] = [with_fault(state, status.fault.name.lower())]
+    if status.state is SequencerState.FAULT:
+        parts.append(f" (last start: {status.reset_cause.name.lower().replace('_', ' ')})")
     if status.knocks:
         parts.append(f", {status.knocks} false trigger{'' if status.knocks == 1 else 's'} rejected")
     if status.false_releases:

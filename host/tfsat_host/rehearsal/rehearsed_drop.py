@@ -113,6 +113,7 @@ def rehearse(
     Raises:
         TfsatError: without a fault and a preflight, whatever a board refuses.
     """
+    faults = tuple(fault.with_moving(schedule.moving_at_once) for fault in faults)
     for fault in faults:
         # Hidden mismatches change the robot itself, so they come before it is made.
         truth = fault.apply(truth)

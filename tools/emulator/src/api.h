@@ -164,6 +164,7 @@ void tfsat_fault_angle_sensor(TfsatRobot* robot, int sensor, int kind);
 void tfsat_step_gyro_bias(TfsatRobot* robot, int body, const double step_rad_s[3]);
 void tfsat_slip_magnet(TfsatRobot* robot, int sensor, double slip_rad);
 void tfsat_fault_servo(TfsatRobot* robot, int joint, int kind);
+void tfsat_set_battery_resistance(TfsatRobot* robot, double resistance_ohm);  // negative: as a sound battery's
 void tfsat_fault_switch(TfsatRobot* robot, int index, int kind);
 // How long the switches' contacts chatter at the next release; 0: as the data sheet has it.
 void tfsat_set_bounce(TfsatRobot* robot, uint64_t bounce_us);

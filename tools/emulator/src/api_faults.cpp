@@ -77,6 +77,10 @@ void tfsat_fault_servo(TfsatRobot* robot, int joint, int kind) {
   robot->robot.set_servo_fault(joint, servo_fault(kind));
 }
 
+void tfsat_set_battery_resistance(TfsatRobot* robot, double resistance_ohm) {
+  robot->robot.set_battery_resistance(resistance_ohm < 0.0 ? kBatteryResistance_ohm : resistance_ohm);
+}
+
 void tfsat_fault_switch(TfsatRobot* robot, int index, int kind) {
   robot->robot.set_switch_fault(index, switch_fault(kind));
 }

@@ -79,6 +79,7 @@ void Robot::step_world_to(uint64_t t_us) {
   sequencer_->advance_to(sequencer_clock_.board_us(t_us));
   take_sequencer_outputs();
   move_bodies(t_us);
+  load_supply(t_us);
   ring_mounts(static_cast<double>(t_us - now_us_) * 1e-6);
   now_us_ = t_us;
   feed_sensors();
@@ -88,6 +89,7 @@ void Robot::step_world_to(uint64_t t_us) {
 void Robot::take_sequencer_outputs() {
   PinEdge edge;
   while (sequencer_->take_edge(edge)) {
+    if (supply_low_) continue;
     edge.t_ns = sequencer_clock_.virtual_ns(edge.t_ns);
     if (edge.pin == kStrokeLinePin) {
       if (edge.high) logger_.stroke_edge(logger_clock_.board_ns(edge.t_ns) / 1000);
@@ -115,6 +117,18 @@ void Robot::move_bodies(uint64_t t_us) {
     if (chain_.locked(i)) servos_[static_cast<size_t>(i)].stop_at(t_us, chain_.joints().angle_rad[i]);
   }
   if (falling() && t_us >= released_us_ + drop_.fall_us) chain_.land(drop_.landing);
+}
+
+// The brown-out detector holds the sequencer in reset while its supply is low: pins fall at once, what the board does
+// meanwhile reaches none, and it starts anew afterwards.
+void Robot::load_supply(uint64_t t_us) {
+  double current_A = 0.0;
+  for (Servo& servo : servos_) current_A += servo.current_A(t_us);
+  const bool low = supply_.low(current_A);
+  if (low == supply_low_) return;
+  sequencer_->reset(ResetCause::kBrownOut);
+  take_sequencer_outputs();
+  supply_low_ = low;
 }
 
 void Robot::feed_sensors() {

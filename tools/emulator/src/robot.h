@@ -15,6 +15,7 @@
 #include "physics/hands.h"
 #include "physics/release_switches.h"
 #include "physics/servo.h"
+#include "physics/supply.h"
 #include "sensors/angle_sensor.h"
 #include "sensors/i2c_bus.h"
 #include "sensors/mpu6050.h"
@@ -129,6 +130,7 @@ class Robot {
   void step_gyro_bias(int body, const Vec3& step_rad_s);
   void set_magnet_slip(int sensor, double slip_rad);
   void set_servo_fault(int joint, ServoFault fault);
+  void set_battery_resistance(double resistance_ohm) { supply_.set_resistance(resistance_ohm); }
   void set_switch_fault(int index, SwitchFault fault) { switches_.set_fault(index, fault); }
   void set_bounce(uint64_t bounce_us) { switches_.set_bounce(bounce_us); }
   // Within BoardClock::takes.
@@ -150,6 +152,7 @@ class Robot {
   uint64_t next_step_us(uint64_t t_us) const;
   void take_sequencer_outputs();
   void move_bodies(uint64_t t_us);
+  void load_supply(uint64_t t_us);
   void begin_holding(const HoldingHand& hand, int joint);
   void feed_sensors();
   void feed_imus(uint64_t t_us);
@@ -173,6 +176,8 @@ class Robot {
   uint64_t imu_motions_at_ = 0;  // which change of the chain they are of
   std::vector<AngleSensor> angle_sensors_;
   std::vector<Servo> servos_;
+  Supply supply_;
+  bool supply_low_ = false;
   Chain chain_;
   HoldingHand holding_;
   int holding_joint_ = 0;

@@ -191,7 +191,11 @@ def _other_joint(motion: Motion, strokes: Sequence[FlownStroke]) -> set[int]:
             continue
         until_s = min((t_s for t_s in begins if t_s > begin_s), default=float(motion.t_s[-1]))
         # A joint that does its own stroke meanwhile did not move in this one's place.
-        busy = {other.joint for other in strokes if _moves_within(other, begin_s, until_s)}
+        busy = {
+            other.joint
+            for other in strokes
+            if _moves_within(other, begin_s, until_s) or other.start_s < begin_s < other.end_s
+        }
         if _mover(motion, begin_s, until_s, OTHER_JOINT_RAD, busy) not in (0, stroke.joint):
             wrong.add(stroke.number)
     return wrong

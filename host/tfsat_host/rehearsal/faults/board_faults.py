@@ -11,6 +11,8 @@ from tfsat_host.rehearsal.day import Day
 from tfsat_host.rehearsal.faults.fault import Fault, Moment, Outcome, break_part, outcomes_between
 
 FRAMES_BEFORE_CRASH = 3
+WEAK_BATTERY_OHM = 0.7
+"""With the currents and voltages of supply.h the sequencer restarts from 2.07 A on: two servos that start draw 2 A."""
 
 
 class _DyingTransport(EmulatedTransport):
@@ -89,6 +91,16 @@ FAULTS = (
         {Moment.RELEASE: Outcome.STANDS_STILL},
         action=lambda day: day.robot.reset(Reset.BROWN_OUT),
         noticed="did not move",
+    ),
+    Fault(
+        "weak-battery",
+        f"Battery and plugs have {WEAK_BATTERY_OHM:g} ohm: the sequencer's supply dips and restarts it where three "
+        "servos move at once, not where two do.",
+        Moment.POWERED,
+        outcomes_between(Moment.POWERED, Moment.RELEASE, Outcome.FLIES),
+        action=break_part("battery", WEAK_BATTERY_OHM),
+        preflight=(),
+        three_moving=(Outcome.STOPS, "supply may have dipped"),
     ),
     _fast_clock("sequencer", Moment.FALLING),
     _fast_clock("logger", Moment.BEFORE_LANDING),

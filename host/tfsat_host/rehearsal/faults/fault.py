@@ -9,6 +9,7 @@ from zlib import crc32
 
 import numpy as np
 
+from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.quantity import Columns, fields
 from tfsat_host.rehearsal.day import Day
 from tfsat_host.rehearsal.truth import Truth
@@ -128,6 +129,8 @@ class Fault:
             None: it cannot be there then.
         part: What it is a fault of, which can have one at a time; empty: of nothing that another fault is of, too.
         size: How large it is; None: it just is.
+        three_moving: What the robot must do, and the words that name it, where the maneuver moves three joints at once;
+            None: the same as with any other.
         hidden: Makes the robot that flies, of another size than 0, with the same generator; None: it is as drawn.
     """
 
@@ -141,6 +144,7 @@ class Fault:
     preflight: tuple[str, ...] | None = None
     part: str = ""
     size: Size | None = None
+    three_moving: tuple[Outcome, str] | None = None
     hidden: Callable[[Truth, float, np.random.Generator], Truth] | None = None
 
     @property
@@ -152,6 +156,13 @@ class Fault:
     def is_zero(self) -> bool:
         """Whether its size is 0: it changes nothing."""
         return self.size is not None and not self.size.value
+
+    def with_moving(self, moving_at_once: int) -> Fault:
+        """Return the fault in a maneuver that moves so many joints at once."""
+        if self.three_moving is None or moving_at_once < JOINT_COUNT:
+            return self
+        outcome, noticed = self.three_moving
+        return replace(self, outcomes=dict.fromkeys(self.outcomes, outcome), noticed=noticed)
 
     def inject(self, day: Day) -> None:
         """Inject the fault now."""

@@ -36,7 +36,7 @@ from tfsat_host.quantity import UNKNOWN, Column, Columns, Quantity, fields, reco
 from tfsat_host.report.contents.chart import PLOT
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.contents.event_marks import EVENT, events_of
-from tfsat_host.report.contents.replay import REPLAY, replay_of
+from tfsat_host.report.contents.replay import replay_columns, replay_of
 from tfsat_host.report.contents.withheld_curves import failed_check
 
 FORMAT = 2
@@ -296,7 +296,7 @@ _DROP: Columns = (
     Column("window_s", of=lambda drop: [0.0, drop.evaluation.motion.samples.until_s]),
     Column("events", of=lambda drop: events_of(drop.evaluation), columns=EVENT),
     Column("plots", of=lambda drop: list(charts_of(drop.evaluation).values()), columns=PLOT),
-    Column("replay", of=lambda drop: replay_of(drop.evaluation), columns=REPLAY),
+    Column("replay", of=lambda drop: replay_of(drop.evaluation), columns=replay_columns),
     Column("no_replay", of=lambda drop: _why_no_replay(drop.evaluation)),
     Column("tables", of=_tables, columns=table_columns),
 )

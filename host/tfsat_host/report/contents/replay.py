@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from operator import itemgetter
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.reference_maneuver import fly_reference
 from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.report.contents.attitude_charts import driven_samples
 from tfsat_host.report.contents.chart import numbers, pad_rows
@@ -80,10 +81,14 @@ def _place_bodies(
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """Each body's name and boxes, and the bodies' poses, no more and no finer than a screen shows."""
+    """Each body's name and boxes, and the bodies' poses, no more and no finer than a screen shows.
+
+    `reference`: (k, b, 7) poses as of `BodyPoses` of 59/70; None: there is nothing to compare with it.
+    """
 
     bodies: list[tuple[str, list[list[list[float]]]]]
     poses: BodyPoses
+    reference: FloatArray | None
 
 
 def replay_of(evaluation: Evaluation) -> Replay | None:
@@ -95,17 +100,35 @@ def replay_of(evaluation: Evaluation) -> Replay | None:
     poses = BodyPoses(
         moved.t_s[kept].round(4), round_poses(moved.measured[kept]), round_poses(moved.predicted[kept])
     )
-    return Replay([(name, boxes_of(model, body)) for body, name in enumerate(model.body_names)], poses)
+    bodies = [(name, boxes_of(model, body)) for body, name in enumerate(model.body_names)]
+    return Replay(bodies, poses, _reference_poses(evaluation, moved.t_s[kept]))
+
+
+def _reference_poses(evaluation: Evaluation, t_s: FloatArray) -> FloatArray | None:
+    """(k, b, 7) of 59/70 at the same times, in the inertial axes of the replay."""
+    simulation = fly_reference(evaluation)
+    if simulation is None:
+        return None
+    flight = simulation.flight
+    attitude = Slerp(flight.t_s, Rotation.from_quat(flight.quaternion_xyzw))(t_s.clip(*flight.t_s[[0, -1]]))
+    angles = np.column_stack([np.interp(t_s, flight.t_s, angle) for angle in flight.angles_rad.T])
+    return round_poses(_place_bodies(flight.body, evaluation.model, angles, attitude.as_matrix()))
 
 
 _BODY: Columns = (Column("name", of=itemgetter(0)), Column("boxes_m", of=itemgetter(1)))
-REPLAY: Columns = (
+_REPLAY: Columns = (
     Column("bodies", columns=_BODY),
     *fields("t_s=poses.t_s"),
     Column("measured", of=lambda replay: numbers(replay.poses.measured)),
     Column("model", of=lambda replay: numbers(replay.poses.predicted)),
 )
 """For the page; a pose with a null in it is not drawn."""
+
+
+def replay_columns(replay: Replay) -> Columns:
+    """Return the columns of a replay for the page; those of 59/70 where it has them."""
+    reference = Column("reference", of=lambda replay: numbers(replay.reference))
+    return _REPLAY if replay.reference is None else (*_REPLAY, reference)
 
 
 def boxes_of(model: RobotModel, body: int) -> list[list[list[float]]]:

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "supply.h"
+
 namespace tfsat {
 namespace emulator {
 namespace {
@@ -112,6 +114,13 @@ void Servo::settle(uint64_t t_us) {
   if (!by_hand() || t_us < hand_end_us_) return;
   // A swing comes back to where it began; rounding must not let it creep.
   stop_at(hand_end_us_, hand_ ? hand_->at(hand_->duration_s()).value : swing_from_rad_);
+}
+
+double Servo::current_A(uint64_t t_us) {
+  const ServoMotion now = motion(t_us);
+  if (!driven_) return 0.0;
+  if (std::fabs(now.rate_rad_s) < kServoMoving_rad_s) return kServoHolding_A;
+  return now.rate_rad_s * now.acceleration_rad_s2 > 0.0 ? kServoStart_A : kServoRunning_A;
 }
 
 ServoMotion Servo::by_hand_at(uint64_t t_us) const {

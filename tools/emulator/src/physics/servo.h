@@ -63,6 +63,8 @@ class Servo {
   bool swinging(uint64_t t_us) const { return by_hand() && t_us < hand_end_us_; }
   double target_rad() const { return target_rad_; }
   ServoMotion motion(uint64_t t_us);
+  // What it draws from the battery (supply.h); nothing while limp.
+  double current_A(uint64_t t_us);
   const ServoParameters& parameters() const { return parameters_; }
 
  private:
