@@ -118,10 +118,11 @@ def test_a_drop_with_joints_that_move_together_is_predicted_with_measured_servos
     exact = [f"{key}=0" for key in load_robot().uncertainty.figures()]  # type: ignore[union-attr]
     sigmas = [word for key in exact for word in ("--sigma", key)]
     study = tfsat_host.json("sensitivity", *measured, *sigmas, "--samples", "2000", "--workers", "1")
+    assert study["reorientation_deg"] == pytest.approx(predicted["reorientation_deg"], abs=1e-3)
     std_deg = study["monte_carlo"]["outputs"]["reorientation_deg"]["std"]["value"]
     assert 0.005 < std_deg < 0.1
     assert abs(predicted["reorientation_deg"] - true_deg) < 4.0 * std_deg
-    assert {source["kind"] for source in study["sources"] if source["linear_deg"]} == {
+    assert {source["kind"] for source in study["sources"] if source["linear_deg"] > 1e-4} == {
         "servo_speed",
         "servo_acceleration",
         "servo_delay",
@@ -158,7 +159,8 @@ def test_drops_of_six_rehearsed_robots_are_predicted_to_half_a_degree() -> None:
     """Play, scatter and overshoot of the servos are as in a rehearsal; masses and centers of mass are as filed."""
     filed = load_robot()
     bench, together = map(schedule_maneuver, (BENCH, TOGETHER))
-    off_deg, off_by_file_deg = [], []
+    off_deg: list[float] = []
+    off_by_file_deg: list[float] = []
     for seed in range(1, 7):
         random = np.random.default_rng([seed, 99])
         rates = np.clip(1.0 + 0.05 * random.standard_normal(3), 0.87, 1.15)
