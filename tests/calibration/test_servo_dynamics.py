@@ -13,10 +13,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.cli.process import RunCli
-from tests.fixtures.emulated_drop import Drop, drop
+from tests.fixtures.emulated_drop import Act, Drop, drop
 from tfsat_host.calibration.servos.dynamics_fit import fit_dynamics, with_dynamics
 from tfsat_host.dynamics.simulation import fly
 from tfsat_host.emulated.emulated_certificate import careful_certificate
+from tfsat_host.emulated.emulated_robot import EmulatedRobot
 from tfsat_host.emulated.imperfections import draw
 from tfsat_host.maneuver import Maneuver, Schedule, Stroke, format_maneuver, schedule_maneuver
 from tfsat_host.rehearsal.rehearsed_drop import rehearse
@@ -62,11 +63,11 @@ def robot(rates: tuple[float, ...] = RATES) -> RobotModel:
 
 
 @cache
-def flown(maneuver: Maneuver, seed: int) -> Drop:
+def flown(maneuver: Maneuver, seed: int, before_drop: Act = lambda _: None) -> Drop:
     late = replace(draw(seed), servo_delay_s=np.array(DELAYS_S), servo_closing_share=np.array(CLOSING))
     schedule: Schedule = schedule_maneuver(maneuver)
     unix_us = round(BEGAN.timestamp() * 1e6)
-    return drop(robot(), late, seed=seed, schedule=schedule, unix_us=unix_us)
+    return drop(robot(), late, seed=seed, schedule=schedule, unix_us=unix_us, before_drop=before_drop)
 
 
 @pytest.fixture
@@ -139,6 +140,30 @@ def test_what_tells_no_speed_is_refused_and_nothing_is_written(tfsat_host: RunCl
     (tfsat_host.folder / "other.toml").write_text(format_maneuver(other))
     error = tfsat_host.json(*log, "--maneuver", "other.toml", expect=1)["error"]
     assert "no stroke line that fits the maneuver" in error["what"]
+    assert not (tfsat_host.folder / "own.toml").exists()
+
+
+def test_a_joint_that_did_not_move_is_named_and_the_others_are_kept(
+    tfsat_host: RunCli, recording: Path
+) -> None:
+    def kill(robot: EmulatedRobot) -> None:
+        robot.faults.servo(2, "dead")
+
+    recording.write_bytes(flown(BENCH, 3, kill).card)
+    process = tfsat_host("calibrate", "servo", "--log", recording, "--out", "own.toml")
+    assert "Joint 2 went 0.0 deg instead of +90 deg." in process.stderr
+    assert [row.split()[:2] for row in process.stdout.splitlines() if " ± " in row] == [
+        [joint, way] for joint in "13" for way in ("opening", "closing")
+    ]
+
+
+def test_strokes_too_short_to_tell_a_speed_are_refused(tfsat_host: RunCli, recording: Path) -> None:
+    short = Maneuver((Stroke(1, 10.0, 0.70), Stroke(1, -10.0, 1.20)))
+    (tfsat_host.folder / "maneuver.toml").write_text(format_maneuver(short))
+    recording.write_bytes(flown(short, 3).card)
+    error = tfsat_host.json("calibrate", "servo", "--log", recording, "--out", "own.toml", expect=1)["error"]
+    assert "Joint 1 was not at its servo's greatest rate for 30 ms" in error["what"]
+    assert "60 deg or more" in error["next_step"]
     assert not (tfsat_host.folder / "own.toml").exists()
 
 
