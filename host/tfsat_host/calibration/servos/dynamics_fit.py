@@ -21,6 +21,7 @@ from tfsat_host.calibration.servos.visits import shared_errors
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.dynamics.history import ServoMotion, history_of
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.quantity import number
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import Servo, ServoDynamics
 
@@ -128,7 +129,7 @@ def _fit_direction(
         if size / travel.commanded_rad < MIN_SHARE:
             got, commanded_deg = np.rad2deg([size, travel.commanded_rad])
             raise _refusal(
-                f"Joint {sensors.joint} went {got:+.1f} deg instead of {commanded_deg:+g} deg.",
+                f"Joint {sensors.joint} went {number(got, '+.1f')} deg instead of {commanded_deg:+g} deg.",
                 "Its servo has no power, is blocked, or another maneuver was flown.",
             )
         guess += [begin, size]

@@ -83,9 +83,15 @@ def take_from_log(args: argparse.Namespace, out: Output) -> int:
         for step, other in zip(steps, newer, strict=True):
             if other is not None and other.recorded_at > step.recorded_at:
                 raise _older_than(other, step, campaign, args)
-        for step, other in zip(steps, newer, strict=True):
-            if other is None:
+        refused = []
+        for step in (step for step, other in zip(steps, newer, strict=True) if other is None):
+            try:
                 campaign.accept(step)
+            except CalibrationError as error:  # one joint's strokes say nothing about another's
+                refused.append(error)
+        if len(refused) == len(steps):
+            raise refused[0]
+        out.warn_each(f"{error.what} {error.meaning}" for error in refused)
     if all(newer):
         out.note(f"{campaign.certificate} already contains this recording: unchanged.")
     give_result(here, campaign, steps, before, model, out)
