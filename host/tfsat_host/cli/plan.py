@@ -41,6 +41,8 @@ how:
 --method {{greedy,search}}  greedy: always the loop that leaves least; search: the fastest chain found (default)
 --grid DEG                step of the primitives' displacements; loops of three joints have three times this (default 5)
 --table-only              take the last loop from the table, too, instead of solving its displacements
+--moving-at-once N        joints that the supply can move at the same time: strokes of so many may overlap (default 1;
+                          --method search only)
 --max-primitives N        give up after so many (default 150)
 what may be wrong:
 --model-error SCALE  fly a robot drawn from the robot file's uncertainties times this (default 0: the model)
@@ -59,8 +61,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     above = dict.fromkeys(("tolerance", "grid"), _above_zero)
     errors = {"model_error": _scale, "noise": _not_negative}
     most = whole_number("primitives", 1, 9999)
-    add_options(parser, _USAGE, max_primitives=most, seed=seed, **above, **errors)
-    parser.set_defaults(robot=Path("cubesat_3u"), method="search", max_primitives=150, seed=1)
+    at_once = whole_number("joints", 1, 3)
+    add_options(parser, _USAGE, max_primitives=most, moving_at_once=at_once, seed=seed, **above, **errors)
+    parser.set_defaults(
+        robot=Path("cubesat_3u"), method="search", max_primitives=150, seed=1, moving_at_once=1
+    )
     parser.set_defaults(tolerance=1.0, grid=5.0, model_error=0.0, noise=0.0)
 
 
@@ -95,7 +100,13 @@ def run(args: argparse.Namespace, out: Output) -> int:
         # Who flies the model itself may use up the tolerance; who does not keeps some of it for the errors.
         exact = {"share": 1.0} if plant is None and args.noise == 0.0 else {}
         planner = Planner.of(
-            table, args.method, tolerance, trim=not args.table_only, most=args.max_primitives, **exact
+            table,
+            args.method,
+            tolerance,
+            trim=not args.table_only,
+            most=args.max_primitives,
+            moving_at_once=args.moving_at_once,
+            **exact,
         )
         flight = fly(
             planner, target, plant=plant, sensing=AttitudeSensor(math.radians(args.noise), args.seed)

@@ -148,7 +148,7 @@ def test_backwards_undoes_a_primitive_on_any_robot(cubesat: RobotModel, table: P
     plant = drawn_robot(cubesat, 3.0, 1)
     for index in (0, 1000, len(table) - 1):
         primitive = table.primitive(index)
-        there = fly_primitive(plant, table.start_rad, primitive)
-        back = fly_primitive(plant, table.start_rad, primitive.backwards)
+        there = fly_primitive(plant, table, primitive)
+        back = fly_primitive(plant, table, primitive.backwards)
         # There and back: the rotation itself, not just its angle.
         assert quaternion.angle(quaternion.product(there, back)) < 1e-9

@@ -12,6 +12,7 @@ from tfsat_host.plan.orbit.primitives import Primitive
 from tfsat_host.robot import RobotModel
 
 _SAMPLE_S = 0.05
+_FINE_SAMPLE_S = 0.01  # where strokes overlap, a sample may lie on either side of a start
 _MIN_SAMPLES = 8  # a spline through fewer of a stroke would cut its corners
 
 
@@ -23,6 +24,17 @@ def write_joint_motion(robot: RobotModel, primitives: Sequence[Primitive], path:
     """
     moves, times, numbers, now_s = list[TimedMove](), [np.zeros(1)], [np.zeros(1)], 0.0
     for number, primitive in enumerate(primitives, start=1):
+        if primitive.spans_s is not None:
+            # Overlapping strokes keep their times.
+            starts_s = (now_s + primitive.spans_s[:, 0]).tolist()
+            for (joint, angle_rad), start_s in zip(primitive.strokes, starts_s, strict=True):
+                duration_s = abs(angle_rad) / robot.servos[joint].average_rate_rad_s
+                moves.append(TimedMove(joint, angle_rad, start_s, start_s + duration_s))
+            count = max(int(primitive.duration_s / _FINE_SAMPLE_S) + 1, _MIN_SAMPLES)
+            times.append(now_s + np.linspace(0.0, primitive.duration_s, count + 1)[1:])
+            numbers.append(np.full(count, number))
+            now_s += primitive.duration_s
+            continue
         for joint, angle_rad in primitive.strokes:
             # A primitive has no times of its own: its strokes go at each joint's average rate.
             duration_s = abs(angle_rad) / robot.servos[joint].average_rate_rad_s

@@ -22,7 +22,8 @@ from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.grid import OrbitError
 from tfsat_host.plan.orbit.orbit_planner import Chain, Planner, backwards, remainder
-from tfsat_host.plan.orbit.primitives import Primitive
+from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable
+from tfsat_host.plan.orbit.stroke_history import fly_history, stroke_history
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
 from tfsat_host.plan.study import Study
 from tfsat_host.robot import RobotModel, Uncertainty
@@ -250,7 +251,7 @@ def fly(
     while (primitive := pilot.next(measured, planner.most - len(steps))) is not None:
         # Predict from the measurement, as the robot would; the plant turns the true attitude.
         predicted = quaternion.product(measured, primitive.quaternion_xyzw)
-        attitude = quaternion.product(attitude, fly_primitive(robot, planner.table.start_rad, primitive))
+        attitude = quaternion.product(attitude, fly_primitive(robot, planner.table, primitive))
         measured = sensing.measure(attitude)
         errors = _error(attitude, target), _error(measured, target)
         steps.append(Step(primitive, predicted, attitude, measured, *errors))
@@ -268,15 +269,19 @@ def open_loop_error_rad(
     attitude = quaternion.identity()
     # The chain as planned at the start, with nothing measured in between.
     for primitive in planner.chain(target).primitives:
-        attitude = quaternion.product(attitude, fly_primitive(plant, planner.table.start_rad, primitive))
+        attitude = quaternion.product(attitude, fly_primitive(plant, planner.table, primitive))
     return _error(attitude, target)
 
 
-def fly_primitive(robot: Multibody, start_rad: FloatArray, primitive: Primitive) -> FloatArray:
-    """Quaternion (4,) of a primitive's strokes, flown by `robot` from joint angles `start_rad` (n,)."""
+def fly_primitive(robot: Multibody, table: PrimitiveTable, primitive: Primitive) -> FloatArray:
+    """Quaternion (4,) of a primitive's strokes, flown by `robot` from the start pose of the planner's table."""
     joints = [joint for joint, _ in primitive.strokes]
+    if primitive.spans_s is not None:
+        angles = np.array([angle for _, angle in primitive.strokes])
+        history = stroke_history(table.robot, joints, angles[:, None], primitive.spans_s[:, :1])
+        return fly_history(robot, history, 1.0)[-1, :, 0]
     return path_rotation(
-        robot, joints, np.array([angle for _, angle in primitive.strokes]), start_rad=start_rad
+        robot, joints, np.array([angle for _, angle in primitive.strokes]), start_rad=table.start_rad
     )
 
 

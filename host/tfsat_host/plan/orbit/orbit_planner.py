@@ -18,6 +18,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.orbit.chain_polish import join_repeats, shorten_chain
 from tfsat_host.plan.orbit.chain_search import lookup, search
+from tfsat_host.plan.orbit.overlapping_loop import overlapping_primitives
 from tfsat_host.plan.orbit.primitive_trim import SHARE_OF_TOLERANCE, trim_primitive
 from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable
 from tfsat_host.plan.orbit.time_to_go import TimeToGo
@@ -69,6 +70,7 @@ class Planner:
         trim: Solve the displacements of the last primitive instead of taking them from the grid.
         most: Most primitives in a chain.
         share: Of the tolerance, that a chain may leave to save time; 1 suits a robot that is exactly the model.
+        moving_at_once: Greatest number of joints that the supply moves at the same time.
     """
 
     table: PrimitiveTable
@@ -78,6 +80,7 @@ class Planner:
     trim: bool = True
     most: int = 150
     share: float = SHARE_OF_TOLERANCE
+    moving_at_once: int = 1
 
     @classmethod
     def of(
@@ -89,10 +92,11 @@ class Planner:
         trim: bool = True,
         most: int = 150,
         share: float = SHARE_OF_TOLERANCE,
+        moving_at_once: int = 1,
     ) -> Planner:
         """Build a planner with the time-to-go estimates of the table; the lookup takes loops flown once."""
         table = table.single_loops if method == "greedy" else table
-        return cls(table, TimeToGo.of(table), method, tolerance_rad, trim, most, share)
+        return cls(table, TimeToGo.of(table), method, tolerance_rad, trim, most, share, moving_at_once)
 
     def chain(self, needed: FloatArray, *, most: int | None = None, detour: bool = True) -> Chain:
         """Plan the chain for a rotation `needed` (4,), body axes; empty if no primitive brings it nearer.
@@ -111,7 +115,12 @@ class Planner:
             return self._chain(self.table.single_loops, needed, most, direct=True)
         # Some turns, short ones above all, are found only among loops that are flown once.
         tables = dict.fromkeys((self.table, self.table.single_loops))
-        return min((self._search_chain(table, needed, most) for table in tables), key=self._order)
+        chains = [self._search_chain(table, needed, most) for table in tables]
+        if self.moving_at_once > 1 and self.trim and most > 0:
+            allowed_rad = self.share * self.tolerance_rad
+            found = overlapping_primitives(self.table, needed, allowed_rad, self.moving_at_once)
+            chains += [Chain((p,), float(quaternion.angle(remainder((p,), needed)))) for p in found]
+        return min(chains, key=self._order)
 
     def _search_chain(self, table: PrimitiveTable, needed: FloatArray, most: int) -> Chain:
         """Search both ways round, and optimize what is found."""

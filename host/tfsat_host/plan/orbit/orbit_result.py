@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics import Multibody
+from tfsat_host.dynamics import Multibody, quaternion
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.plan.orbit.chain_polish import LeastTime, least_time
 from tfsat_host.plan.orbit.orbit_flight import Flight, Step, fly, open_loop_error_rad
@@ -65,13 +65,24 @@ class OrbitResult:
         least = least_time(
             planner.table, planner.time_to_go.axes[0], flight.target_xyzw, planner.tolerance_rad
         )
+        # Joints that move together travel so many times as far a second; no path of that travel encloses more.
+        at_once = planner.moving_at_once
+        least = least._replace(seconds=least.seconds / at_once, rate_rad_s=least.rate_rad_s * at_once)
         open_loop = None if plant is None else open_loop_error_rad(planner, flight.target_xyzw, plant=plant)
         return cls(robot, robot_file, planner, flight, least, possible, open_loop)
 
     @property
     def axis_rate_rad_s(self) -> float | None:
         """How fast the best loop turns about the axis of this turn; None: no loop turns about it."""
-        rate = self.planner.table.best_rate_about(self.flight.target_xyzw)
+        target = self.flight.target_xyzw
+        vector = quaternion.logarithm(target)
+        axis = vector / max(float(np.linalg.norm(vector)), 1e-12)
+        overlapping = [
+            float(axis @ quaternion.logarithm(step.primitive.quaternion_xyzw)) / step.primitive.duration_s
+            for step in self.flight.steps
+            if step.primitive.spans_s is not None and step.primitive.duration_s > 0.0
+        ]
+        rate = max([self.planner.table.best_rate_about(target), *overlapping])
         return rate if rate > 0.0 else None
 
     @property
@@ -167,6 +178,11 @@ def _format_noise(result: OrbitResult) -> str:
 def _format_strokes(step: Step) -> str:
     """Format the strokes; those that a joint held aside lets repeat stand once, in brackets."""
     shape, displacement_rad = step.primitive.shape, step.primitive.displacement_rad
+    if step.primitive.spans_s is not None:
+        timed = zip(step.primitive.strokes, step.primitive.spans_s[:, 0], strict=True)
+        return " ".join(
+            f"{joint + 1}:{math.degrees(angle):+.1f}@{start:.2f}" for (joint, angle), start in timed
+        )
     words = [
         f"{joint + 1}:{math.degrees(angle):+.1f}" for joint, angle in shape.once.strokes(displacement_rad)
     ]
@@ -178,12 +194,20 @@ def _format_strokes(step: Step) -> str:
     return " ".join(words)
 
 
+def _timed_strokes(step: Step) -> list[tuple[int, float, float | None]]:
+    """Return joint, angle and start of each stroke; no start where one follows another."""
+    strokes, spans_s = step.primitive.strokes, step.primitive.spans_s
+    starts = [None] * len(strokes) if spans_s is None else spans_s[:, 0].tolist()
+    return [(*stroke, start) for stroke, start in zip(strokes, starts, strict=True)]
+
+
 _STROKE: Columns = (
     Column("joint", of=lambda stroke: stroke[0] + 1),
     Column("angle_deg", of=lambda stroke: math.degrees(stroke[1])),
+    Column("start_s", of=lambda stroke: stroke[2]),
 )
 _STEP: Columns = (
-    Column("strokes", "joint:angle / deg", of="primitive.strokes", words=_format_strokes, columns=_STROKE),
+    Column("strokes", "joint:angle / deg", of=_timed_strokes, words=_format_strokes, columns=_STROKE),
     *fields("duration_s=primitive.duration_s predicted_xyzw attitude_xyzw measured_xyzw"),
     Column("error_deg", "error"),
     Column("measured_error_deg", "measured"),

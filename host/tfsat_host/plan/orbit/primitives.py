@@ -85,13 +85,15 @@ class Primitive:
         shape: Its joints, their order, how often.
         displacement_rad: (d,) of the shape's joints.
         quaternion_xyzw: (4,) from body axes after it to body axes before it, as the model has it.
-        duration_s: At the joints' average rates, one stroke after another.
+        duration_s: At the joints' average rates.
+        spans_s: (k, 2) start and end of each stroke where strokes overlap; None: one stroke after another.
     """
 
     shape: Shape
     displacement_rad: FloatArray
     quaternion_xyzw: FloatArray
     duration_s: float
+    spans_s: FloatArray | None = None
 
     @property
     def strokes(self) -> list[tuple[int, float]]:
@@ -106,6 +108,7 @@ class Primitive:
             self.displacement_rad,
             quaternion.inverse(self.quaternion_xyzw),
             self.duration_s,
+            None if self.spans_s is None else self.duration_s - self.spans_s[::-1, ::-1],
         )
 
 
@@ -114,6 +117,7 @@ class PrimitiveTable:
     """m primitives of one robot.
 
     Attributes:
+        robot: Its file.
         body: The robot as the planner knows it.
         start_rad: (n,) the pose at which every loop begins and ends.
         limits_rad: (n, 2) of the joints.
@@ -129,6 +133,7 @@ class PrimitiveTable:
         single: The table of loops flown once; None if this is it.
     """
 
+    robot: RobotModel
     body: Multibody
     start_rad: FloatArray
     limits_rad: FloatArray
@@ -256,6 +261,7 @@ def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
     def table(rows: IntArray, single: PrimitiveTable | None) -> PrimitiveTable:
         keep = rows[_useful(rotation[:, rows], duration[rows])]
         return PrimitiveTable(
+            robot,
             body,
             start,
             robot.joint_limits_rad,
