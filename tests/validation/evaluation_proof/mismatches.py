@@ -15,7 +15,7 @@ import numpy as np
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.errors import errors_of
 from tests.validation.evaluation_proof.hidden import hidden
-from tests.validation.simulation_based_calibration.drops import CHIPS, FILED, draw_maneuver
+from tests.validation.simulation_based_calibration.drops import CHIPS, FILED, draw_one_at_a_time
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.result.model_result import worth_of
@@ -144,7 +144,7 @@ def judge_drop(row: Row, seed: int) -> Judged:
     stated = FILED.uncertainty or Uncertainty()
     # The faults draw these figures themselves: drawn twice they would be wrong by more than the row says.
     uncertainty = replace(stated, **dict.fromkeys(row.exact, 0.0))
-    drop, calibration = hidden(draw_maneuver(seed), FILED, seed, row.faults, uncertainty=uncertainty)
+    drop, calibration = hidden(draw_one_at_a_time(seed), FILED, seed, row.faults, uncertainty=uncertainty)
     limit_rad_s = drop.imperfections.gyro_front_end_limit_rad_s
     log = _flag_samples(drop.log, limit_rad_s) if row.flagged else drop.log
     evaluation = evaluate(log, FILED, calibration, drop.schedule)

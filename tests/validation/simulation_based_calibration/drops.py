@@ -117,12 +117,6 @@ MANEUVERS: Mapping[str, Callable[[int], Schedule]] = {
 """How the maneuver of a seed is drawn."""
 
 
-def draw_maneuver(seed: int) -> Schedule:
-    """Return the maneuver of a seed: each kind in turn."""
-    kinds = list(MANEUVERS.values())
-    return kinds[seed % len(kinds)](seed)
-
-
 def rows_of(offsets: Offsets) -> dict[str, list[int]]:
     """Return the indices of the parameters that belong to each quantity."""
     rows: dict[str, list[int]] = {}
