@@ -177,7 +177,10 @@ def test_it_stops_by_itself(server: RobotServer) -> None:
         ("reset", "Write: reset watchdog|brown-out|button"),
         ("reset power", "'power' is not understood as watchdog|brown-out|button"),
         ("fault", "Write: fault none|imu"),
-        ("fault me", "no command 'fault me'. none, imu, battery, bus, angle, servo, switch, bounce, card, clock"),
+        (
+            "fault me",
+            "no command 'fault me'. none, imu, battery, bus, angle, servo, switch, bounce, card, clock",
+        ),
         ("fault imu", "Write: fault imu BODY dead|frozen|saturated|glitch|swapped|none"),
         ("fault imu 5 dead", "no body 5"),
         ("fault imu 1 tired", "'tired' is not understood as dead|frozen"),
