@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.cli.process import RunCli
-from tests.fixtures.emulated_drop import Act, Drop, drop
+from tests.fixtures.emulated_drop import DESIGNED_TOGETHER, Act, Drop, drop
 from tfsat_host.calibration.servos.dynamics_fit import fit_dynamics, with_dynamics
 from tfsat_host.dynamics.simulation import fly
 from tfsat_host.emulated.emulated_certificate import careful_certificate
@@ -30,20 +30,6 @@ BENCH = Maneuver(
     tuple(Stroke(joint, way * 90.0, t_s) for way, t_s in ((1, 0.70), (-1, 1.50)) for joint in (1, 2, 3))
 )
 """All joints open and close, with a rest in between."""
-TOGETHER = Maneuver(
-    tuple(
-        Stroke(joint, angle_deg, t_s)
-        for joint, angle_deg, t_s in (
-            (1, 90, 0.70),
-            (3, 90, 0.70),
-            (2, 90, 1.05),
-            (1, -90, 1.33),
-            (3, -90, 1.48),
-            (2, -90, 1.67),
-        )
-    )
-)
-"""What `design --together` finds within the tower."""
 BEGAN = datetime(2026, 7, 1, 9, tzinfo=UTC)
 RATES, DELAYS_S, CLOSING = (0.95, 1.07, 1.02), (0.004, 0.011, 0.008), (1.03, 0.98, 1.0)
 """Of the robot file's greatest rate; of each servo; of its own rate when it closes."""
@@ -107,16 +93,18 @@ def test_a_drop_with_joints_that_move_together_is_predicted_with_measured_servos
     tfsat_host: RunCli, recording: Path
 ) -> None:
     tfsat_host("calibrate", "servo", "--log", recording, "--out", "own.toml")
-    (tfsat_host.folder / "together.toml").write_text(format_maneuver(TOGETHER))
+    (tfsat_host.folder / "together.toml").write_text(format_maneuver(DESIGNED_TOGETHER))
     measured = ("--file", "together.toml", "--calibration", "own.toml")
     predicted = tfsat_host.json("simulate", *measured)
     assert predicted["calibration"] == "own.toml"
     by_file = tfsat_host.json("simulate", "--file", "together.toml")
-    true_deg = math.degrees(flown(TOGETHER, 4).true_turn(3, 0.0, 2.5).magnitude())
+    true_deg = math.degrees(flown(DESIGNED_TOGETHER, 4).true_turn(3, 0.0, 2.5).magnitude())
     assert abs(by_file["reorientation_deg"] - true_deg) > 0.5, "the file's servos do not predict it"
     assert abs(predicted["reorientation_deg"] - true_deg) < 0.1
     # What the servos' ± cost: everything else is exact.
-    exact = [f"{key}=0" for key in load_robot().uncertainty.figures()]  # type: ignore[union-attr]
+    stated = load_robot().uncertainty
+    assert stated is not None
+    exact = [f"{key}=0" for key in stated.figures()]
     sigmas = [word for key in exact for word in ("--sigma", key)]
     study = tfsat_host.json("sensitivity", *measured, *sigmas, "--samples", "2000", "--workers", "1")
     assert study["reorientation_deg"] == pytest.approx(predicted["reorientation_deg"], abs=1e-3)
@@ -183,7 +171,7 @@ def test_a_certificate_without_servo_speeds_or_of_another_robot_predicts_nothing
 def test_drops_of_six_rehearsed_robots_are_predicted_to_half_a_degree() -> None:
     """Play, scatter and overshoot of the servos are as in a rehearsal; masses and centers of mass are as filed."""
     filed = load_robot()
-    bench, together = map(schedule_maneuver, (BENCH, TOGETHER))
+    bench, together = map(schedule_maneuver, (BENCH, DESIGNED_TOGETHER))
     off_deg: list[float] = []
     off_by_file_deg: list[float] = []
     for seed in range(1, 7):

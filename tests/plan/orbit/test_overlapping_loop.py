@@ -10,13 +10,15 @@ import pytest
 from tests.cli.process import RunCli
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.orbit.orbit_flight import fly_primitive, unit_quaternion
-from tfsat_host.plan.orbit.overlapping_loop import overlapping_primitives
+from tfsat_host.plan.orbit.overlapping_loop import find_overlapping_primitive
 from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable
 
 
 @pytest.fixture(scope="module")
 def loop(table: PrimitiveTable) -> Primitive:
-    return overlapping_primitives(table, unit_quaternion("z:30", None), math.radians(1.0), 3)[0]
+    found = find_overlapping_primitive(table, unit_quaternion("z:30", None), math.radians(1.0), 3)
+    assert found is not None
+    return found
 
 
 def test_one_loop_turns_at_4_deg_s_about_z(loop: Primitive) -> None:
@@ -55,6 +57,16 @@ def test_a_quarter_turn_in_30_s_arrives_where_simulate_does(tfsat_host: RunCli) 
     simulation = tfsat_host.json("simulate", "--robot", "cubesat_3u", "--history", "plan.csv")
     there, end = np.array(simulation["quaternion_xyzw"]), np.array(plan["steps"][-1]["attitude_xyzw"])
     assert math.degrees(float(quaternion.angle(quaternion.product(quaternion.inverse(there), end)))) < 0.01
+
+
+def test_where_no_overlapping_loop_is_found_it_is_said(tfsat_host: RunCli) -> None:
+    target = ("--target", "x:2", "--moving-at-once", "2")
+    plan = tfsat_host.json("plan", *target)
+    assert plan["moving_at_once"] == 2 and plan["overlapping"] is False
+    assert (
+        "Joints at once: one (no faster loop of 2 joints that overlap was found)"
+        in tfsat_host("plan", *target).stdout
+    )
 
 
 def test_more_joints_than_three_are_refused(tfsat_host: RunCli) -> None:

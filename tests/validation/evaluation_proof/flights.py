@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, OF_THE_PAPER, Drop, drop
+from tests.fixtures.emulated_drop import DESIGNED_TOGETHER, DLPF_5_HZ, DLPF_42_HZ, OF_THE_PAPER, Drop, drop
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.errors import errors_of
 from tests.validation.evaluation_proof.objective import least_of_objective
@@ -16,26 +16,13 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.model_comparison import ComparedModel
 from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
-from tfsat_host.maneuver import Maneuver, Schedule, Stroke, schedule_maneuver
+from tfsat_host.maneuver import Schedule, schedule_maneuver
 from tfsat_host.robot import RobotModel
 
-_TOGETHER = schedule_maneuver(
-    Maneuver(
-        (
-            Stroke(1, 90.0, 0.70),
-            Stroke(3, 90.0, 0.70),
-            Stroke(2, 90.0, 1.05),
-            Stroke(1, -90.0, 1.33),
-            Stroke(3, -90.0, 1.48),
-            Stroke(2, -90.0, 1.67),
-        )
-    )
-)
-"""What `design --together` writes for the robot as filed."""
 FLIGHTS = {
     "42 Hz": (DLPF_42_HZ, OF_THE_PAPER),
     "5 Hz": (DLPF_5_HZ, OF_THE_PAPER),
-    "42 Hz, joints together": (DLPF_42_HZ, _TOGETHER),
+    "42 Hz, joints together": (DLPF_42_HZ, schedule_maneuver(DESIGNED_TOGETHER)),
 }
 """The drops of each robot: setting of the gyros' low-pass, and maneuver."""
 RATE_STD_DEG_S = 0.7

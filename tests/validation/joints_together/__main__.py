@@ -26,7 +26,7 @@ from tests.validation.joints_together.searches import (
 )
 from tests.validation.joints_together.shape_space import draw_shape_space, maneuver_path_deg
 from tests.validation.provenance import CampaignRun
-from tests.validation.tables import results_csv
+from tests.validation.tables import csv_text
 from tests.validation.targets import Target, report_targets, targets_csv
 from tfsat_host.arrays import FloatArray
 from tfsat_host.maneuver import Maneuver
@@ -34,6 +34,22 @@ from tfsat_host.plan.problem import DEFAULT_TIME_LIMIT_S
 from tfsat_host.robot import load_robot
 
 TIME_LIMITS_S: Final = (1.0, 1.25, 1.5, 1.55, 1.75, 2.0, 2.5)
+TIME_LIMIT_COLUMNS: Final = (
+    "time limit / s",
+    "one at a time",
+    "together",
+    "one at a time, without tower",
+    "together, without tower",
+)
+LONG_SEARCH_COLUMNS: Final = ("search", "design / deg", "longer / deg", "gain / deg")
+FREE_RATES_COLUMNS: Final = (
+    "servos",
+    "strokes / deg",
+    "free rates / deg",
+    "gain / deg",
+    "converged",
+    "disagreement / deg",
+)
 PICTURE: Final = DOCS / "pictures" / "shape-space.png"
 
 
@@ -96,9 +112,9 @@ def main() -> int:
     targets = find_targets(long_searches, free_rates)
     draw_picture(np.degrees(path_angles_rad(free[1].result()[1], DEFAULT_TIME_LIMIT_S)))
     tables = {
-        "time-limits.csv": results_csv([job.result() for job in limits]),
-        "long-searches.csv": results_csv(long_searches),
-        "free-rates.csv": results_csv(free_rates),
+        "time-limits.csv": csv_text(TIME_LIMIT_COLUMNS, [job.result() for job in limits]),
+        "long-searches.csv": csv_text(LONG_SEARCH_COLUMNS, long_searches),
+        "free-rates.csv": csv_text(FREE_RATES_COLUMNS, free_rates),
         "targets.csv": targets_csv(targets),
     }
     run.write(tables, {"CasADi": casadi.__version__, "evolutions, times the design's": LONGER})

@@ -15,6 +15,7 @@ from tfsat_host.dynamics import Multibody, quaternion
 from tfsat_host.dynamics.history import history_from_samples
 from tfsat_host.dynamics.propagate import Propagation
 from tfsat_host.plan.facility import load_tower
+from tfsat_host.plan.maneuver_design import design
 from tfsat_host.plan.problem import DesignSettings, Problem
 from tfsat_host.plan.together import OverlappingStrokes
 from tfsat_host.plan.together_result import TogetherProposal, propose_together
@@ -29,13 +30,13 @@ DRAWN_STARTS: Final = 5
 
 
 class TimeLimitRow(NamedTuple):
-    """Reorientation in deg by time limit in s; `cost_of_tower_deg`: what the tower's limits take."""
+    """Reorientation in deg by time limit in s, within the tower's limits and without."""
 
     time_limit_s: float
     one_at_a_time_deg: float
     together_deg: float
-    gain_deg: float
-    without_tower_deg: float
+    one_at_a_time_free_deg: float
+    together_free_deg: float
 
 
 class LongSearchRow(NamedTuple):
@@ -91,14 +92,15 @@ def propose(time_limit_s: float) -> TogetherProposal:
 def time_limit_row(time_limit_s: float) -> TimeLimitRow:
     """Both ways to move within a time limit."""
     proposal = propose(time_limit_s)
-    # The tower leaves less time than some limits: one joint at a time is designed for that, too.
-    together, free = proposal.written, proposal.unlimited
+    assert proposal.unlimited is not None
+    # The tower leaves less time than some limits: within it one joint at a time is designed for that, too.
+    free = design(load_robot(), DesignSettings(time_limit_s=time_limit_s))
     return TimeLimitRow(
         time_limit_s,
         proposal.sequential.reorientation_deg,
-        together.reorientation_deg,
-        proposal.gain_deg,
-        math.nan if free is None else free.reorientation_deg,
+        proposal.written.reorientation_deg,
+        free.round_candidate(free.optimum).reorientation_deg,
+        proposal.unlimited.reorientation_deg,
     )
 
 

@@ -18,7 +18,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.orbit.chain_polish import join_repeats, shorten_chain
 from tfsat_host.plan.orbit.chain_search import lookup, search
-from tfsat_host.plan.orbit.overlapping_loop import overlapping_primitives
+from tfsat_host.plan.orbit.overlapping_loop import find_overlapping_primitive
 from tfsat_host.plan.orbit.primitive_trim import SHARE_OF_TOLERANCE, trim_primitive
 from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable
 from tfsat_host.plan.orbit.time_to_go import TimeToGo
@@ -118,8 +118,9 @@ class Planner:
         chains = [self._search_chain(table, needed, most) for table in tables]
         if self.moving_at_once > 1 and self.trim and most > 0:
             allowed_rad = self.share * self.tolerance_rad
-            found = overlapping_primitives(self.table, needed, allowed_rad, self.moving_at_once)
-            chains += [Chain((p,), float(quaternion.angle(remainder((p,), needed)))) for p in found]
+            loop = find_overlapping_primitive(self.table, needed, allowed_rad, self.moving_at_once)
+            if loop is not None:
+                chains.append(Chain((loop,), float(quaternion.angle(remainder((loop,), needed)))))
         return min(chains, key=self._order)
 
     def _search_chain(self, table: PrimitiveTable, needed: FloatArray, most: int) -> Chain:

@@ -65,11 +65,16 @@ class OrbitResult:
         least = least_time(
             planner.table, planner.time_to_go.axes[0], flight.target_xyzw, planner.tolerance_rad
         )
-        # Joints that move together travel so many times as far a second; no path of that travel encloses more.
+        # Joints that move together travel so many times as far a second: the estimate counts their loops by travel.
         at_once = planner.moving_at_once
         least = least._replace(seconds=least.seconds / at_once, rate_rad_s=least.rate_rad_s * at_once)
         open_loop = None if plant is None else open_loop_error_rad(planner, flight.target_xyzw, plant=plant)
         return cls(robot, robot_file, planner, flight, least, possible, open_loop)
+
+    @property
+    def overlapping(self) -> bool:
+        """Whether strokes of the flight overlap."""
+        return any(step.primitive.spans_s is not None for step in self.flight.steps)
 
     @property
     def axis_rate_rad_s(self) -> float | None:
@@ -132,6 +137,18 @@ def _format_robot(result: OrbitResult) -> str:
     is_default = result.robot_file == DEFAULT_ROBOT
     others = ", the default on orbit; of other commands: drop_tower" if is_default else ""
     return f"{result.robot.name} ({result.robot_file}{others})"
+
+
+def _format_at_once(result: OrbitResult) -> str:
+    """Format how many joints move at once; nothing where one at a time is all that was asked for."""
+    most = result.planner.moving_at_once
+    if most == 1:
+        return ""
+    return (
+        f"up to {most}"
+        if result.overlapping
+        else f"one (no faster loop of {most} joints that overlap was found)"
+    )
 
 
 def _format_rate(result: OrbitResult) -> str:
@@ -239,6 +256,8 @@ PLAN: Columns = (
         words=lambda result: f"{len(result.flight.steps)}, of {len(result.planner.table)} in the table",
     ),
     Column("table_size", of=lambda result: len(result.planner.table)),
+    *fields("moving_at_once=planner.moving_at_once"),
+    Column("overlapping", "Joints at once", words=_format_at_once),
     Column("axis_rate_deg_s", "Best loop", words=_format_rate),
     *fields("axis_time_s"),
     Column("least_time_s", "Estimated least time", of="least_time.seconds", words=_format_least_time),

@@ -2,8 +2,8 @@
 
 At zero angular momentum the rotation depends on the path in the space of joint angles, not on speed: strokes that
 overlap cut its corners, and a cycle may begin while the last joint still comes back from the one before. Random
-cycles, ranked by their rate about the axis needed, are starting points of sequential quadratic programming (SLSQP) for
-the least time that leads to the target.
+cycles are ranked by their rate about the axis needed; the best is the starting point of sequential quadratic
+programming (SLSQP) for the least time that leads to the target.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from tfsat_host.plan.collisions import CONTACT_MM, least_gap
 from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable, Shape
 from tfsat_host.plan.orbit.stroke_history import fly_history, stroke_history, stroke_s
 
-# Cycles drawn for each group of joints, and how many of the best are optimized.
-_DRAWN, _OPTIMIZED = 200, 1
+# Cycles drawn for each group of joints; the best of all is optimized.
+_DRAWN = 200
 _SEED = 1
 # The more cycles, the longer the attitude is not measured.
 _MAX_CYCLES = 6
@@ -39,10 +39,10 @@ _MIN_DISPLACEMENT_RAD = np.radians(5.0)
 _ALMOST = 0.999
 
 
-def overlapping_primitives(
+def find_overlapping_primitive(
     table: PrimitiveTable, needed: FloatArray, allowed_rad: float, moving_at_once: int
-) -> list[Primitive]:
-    """Find primitives with overlapping strokes that lead to a rotation `needed` (4,), the fastest first.
+) -> Primitive | None:
+    """Find a primitive with overlapping strokes that leads to a rotation `needed` (4,).
 
     Args:
         table: The robot, its start pose, limits and servos.
@@ -51,31 +51,26 @@ def overlapping_primitives(
         moving_at_once: Greatest number of joints that move at the same time; loops have as many joints at most.
 
     Returns:
-        Those that leave no more than allowed, and in which no body strikes another; empty if none was found.
+        A primitive that leaves no more than allowed, and in which no body strikes another; None if none was found.
     """
     vector = quaternion.logarithm(needed)
     angle = float(np.linalg.norm(vector))
     random = np.random.default_rng(_SEED)
-    starts = list[tuple[float, float, _Cycles, FloatArray]]()
+    drawn = list[tuple[float, float, _Cycles, FloatArray]]()
     size = min(moving_at_once, table.body.n_joints)
     for joints in combinations(range(table.body.n_joints), size):
         cycle = _Cycles(table, joints, 1)
         x = cycle.draw(random, _DRAWN)
         turns = vector @ quaternion.logarithm(cycle.rotations(x)) / angle
         # Rank by the rate of cycles that follow one another without end.
-        for index in np.argsort(-turns / x[-2], kind="stable")[:_OPTIMIZED]:
-            starts.append((float(turns[index] / x[-2, index]), float(turns[index]), cycle, x[:, index]))
-    starts.sort(key=lambda start: -start[0])
-    found = list[Primitive]()
-    for _, turn, cycle, x in starts[:_OPTIMIZED]:
-        # A cycle that hardly turns about the axis would be flown for minutes.
-        if turn * _MAX_CYCLES < angle:
-            continue
-        count = int(np.ceil(angle / turn))
-        primitive = _Cycles(table, cycle.joints, count).optimize(x, needed, allowed_rad)
-        if primitive is not None and not _strikes(table, primitive):
-            found.append(primitive)
-    return sorted(found, key=lambda primitive: primitive.duration_s)
+        best = int(np.argmax(turns / x[-2]))
+        drawn.append((float(turns[best] / x[-2, best]), float(turns[best]), cycle, x[:, best]))
+    _, turn, cycle, x = max(drawn, key=lambda drawn_cycle: drawn_cycle[0])
+    # A cycle that hardly turns about the axis would be flown for minutes.
+    if turn * _MAX_CYCLES < angle:
+        return None
+    primitive = _Cycles(table, cycle.joints, int(np.ceil(angle / turn))).optimize(x, needed, allowed_rad)
+    return None if primitive is None or _strikes(table, primitive) else primitive
 
 
 @dataclass(frozen=True, eq=False)
