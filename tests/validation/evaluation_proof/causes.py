@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from tests.validation.evaluation_proof.campaign import keep_result
 from tests.validation.evaluation_proof.hidden import hidden
-from tests.validation.simulation_based_calibration.drops import FILED, draw_one_at_a_time
+from tests.validation.evaluation_proof.mismatches import draw_schedule
+from tests.validation.simulation_based_calibration.drops import FILED
 from tests.validation.tables import csv_text
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.cause_evidence import SOUND, TIE
@@ -70,7 +71,7 @@ class Named(NamedTuple):
 def name_causes(kind: str, number: int) -> Named:
     """Drop `number` of a cause, from 0; without what an evaluation does with it besides."""
     seed = FIRST_SEED + number
-    schedule = draw_one_at_a_time(seed)
+    schedule = draw_schedule(seed)
     # One fault on top of all that the robot file calls uncertain.
     drop, calibration = hidden(schedule, FILED, seed, CAUSES[kind])
     samples = samples_of(drop.log, calibration, FILED)

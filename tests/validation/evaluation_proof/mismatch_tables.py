@@ -35,7 +35,7 @@ class Summary:
         withheld: Drops by what is not given.
         worst: In its own standard deviations.
         wrong: GOOD drops with an error beyond `STDS_MAX`.
-        hold: Of all quantities together.
+        hold: Of all quantities together, of drops with one joint at a time and with joints together.
         by_quantity: Of each.
         off: Names of those that chance does not explain.
     """
@@ -47,15 +47,15 @@ class Summary:
     withheld: Mapping[str, int]
     worst: float
     wrong: int
-    hold: float
+    hold: tuple[float, float]
     by_quantity: Mapping[str, float]
     off: tuple[str, ...]
 
     @property
     def met(self) -> bool:
         """All that is wanted of it."""
-        # Negated so that NaN, no value given, counts as covered.
-        is_covered = not self.hold < COVERED[0] and not self.hold > COVERED[1]
+        # NaN, no value given, is neither below nor above.
+        is_covered = not any(share < COVERED[0] or share > COVERED[1] for share in self.hold)
         has_required_results = not (self.row.of_model and set(ALWAYS_GIVEN) & set(self.withheld))
         # Of a right robot at most 5 % of the drops may lose a result.
         within_limit = (
@@ -70,6 +70,10 @@ def summary(row: Row, drops: Sequence[Judged]) -> Summary:
         name: [drop.errors[name] for drop in drops if name in drop.errors] for name in PROTECTED
     }
     shares = {name: _covered_share(ones) for name, ones in errors_by_name.items()}
+    one_at_a_time, together = (
+        _covered_share([errors for drop in drops if drop.together == kind for errors in drop.errors.values()])
+        for kind in (False, True)
+    )
     off = tuple(name for name, share in shares.items() if _beyond_chance(share, len(errors_by_name[name])))
     return Summary(
         row,
@@ -79,7 +83,7 @@ def summary(row: Row, drops: Sequence[Judged]) -> Summary:
         {name: n for name in PROTECTED.values() if (n := sum(name in drop.withheld for drop in drops))},
         max(drop.worst for drop in drops),
         sum(drop.good and drop.worst > STDS_MAX for drop in drops),
-        _covered_share([error for ones in errors_by_name.values() for error in ones]),
+        (one_at_a_time, together),
         shares,
         off,
     )
@@ -123,9 +127,9 @@ def _verdict_cells(row_summary: Summary) -> tuple[object, ...]:
         str(row_summary.good),
         str(row_summary.to_be_made),
         ", ".join(f"{name} {count}" for name, count in row_summary.withheld.items()) or "none",
-        "–" if np.isnan(row_summary.hold) else f"{row_summary.worst:.1f}",
+        f"{row_summary.worst:.1f}" if row_summary.worst else "–",
         str(row_summary.wrong),
-        "–" if np.isnan(row_summary.hold) else percent(row_summary.hold),
+        ", ".join("–" if np.isnan(share) else percent(share) for share in row_summary.hold),
         ", ".join(row_summary.off) or "none",
         row_summary.met,
     )
@@ -138,7 +142,7 @@ def make_mismatch_tables(drops: Drops) -> dict[str, str]:
         for row_summary in summaries(drops)
     ]
     each = [
-        (row.name, str(seed), *row_of(drop))
+        (row.name, str(seed), "together" if drop.together else "one at a time", *row_of(drop))
         for row in ROWS
         for seed, drop in zip(seeds_of(row, len(drops[row.name])), drops[row.name], strict=True)
     ]
@@ -146,7 +150,7 @@ def make_mismatch_tables(drops: Drops) -> dict[str, str]:
     return {
         "mismatch-verdicts": csv_text(columns, map(_verdict_cells, summaries(drops))),
         "mismatches": csv_text(("wrong is", *PROTECTED), shares),
-        "mismatch-drops": csv_text(("wrong is", "seed", *ROW_COLUMNS), each),
+        "mismatch-drops": csv_text(("wrong is", "seed", "joints move", *ROW_COLUMNS), each),
     }
 
 

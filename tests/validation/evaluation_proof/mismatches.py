@@ -15,15 +15,21 @@ import numpy as np
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.errors import errors_of
 from tests.validation.evaluation_proof.hidden import hidden
-from tests.validation.simulation_based_calibration.drops import CHIPS, FILED, draw_one_at_a_time
+from tests.validation.simulation_based_calibration.drops import (
+    CHIPS,
+    FILED,
+    draw_one_at_a_time,
+    draw_together,
+)
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.result.model_result import worth_of
 from tfsat_host.evaluation.verdict import verdict_of
+from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import Uncertainty
 from tfsat_host.sdlog import DropLog
 
-DROPS = 30
+DROPS = 40
 FIRST_SEED = 10_001
 """Of the first row; no two drops have the same."""
 PROTECTED = {
@@ -109,6 +115,7 @@ class Judged:
     """One drop.
 
     Attributes:
+        together: Joints of its maneuver moved together.
         errors: By the names in `PROTECTED`, of what was given.
         withheld: Names of results, as of `Check.protects`, that were not.
         good: The verdict.
@@ -117,6 +124,7 @@ class Judged:
         widening: See `Evaluation`.
     """
 
+    together: bool
     errors: Mapping[str, Errors]
     withheld: tuple[str, ...]
     good: bool
@@ -139,17 +147,28 @@ def seeds_of(row: Row, drops: int = DROPS) -> range:
     return range(first, first + drops)
 
 
+def moves_together(seed: int) -> bool:
+    """In every second drop joints move together; the first seed of a row or of causes is odd."""
+    return seed % 2 == 0
+
+
+def draw_schedule(seed: int) -> Schedule:
+    """Draw the maneuver of a drop."""
+    return draw_together(seed) if moves_together(seed) else draw_one_at_a_time(seed)
+
+
 def judge_drop(row: Row, seed: int) -> Judged:
     """Draws and flies a drop, and evaluates it; two seconds, several where a check fails."""
     stated = FILED.uncertainty or Uncertainty()
     # The faults draw these figures themselves: drawn twice they would be wrong by more than the row says.
     uncertainty = replace(stated, **dict.fromkeys(row.exact, 0.0))
-    drop, calibration = hidden(draw_one_at_a_time(seed), FILED, seed, row.faults, uncertainty=uncertainty)
+    drop, calibration = hidden(draw_schedule(seed), FILED, seed, row.faults, uncertainty=uncertainty)
     limit_rad_s = drop.imperfections.gyro_front_end_limit_rad_s
     log = _flag_samples(drop.log, limit_rad_s) if row.flagged else drop.log
     evaluation = evaluate(log, FILED, calibration, drop.schedule)
     errors = errors_of(drop, evaluation)
     return Judged(
+        moves_together(seed),
         {name: errors[name] for name, result in PROTECTED.items() if _is_given(evaluation, result)},
         tuple(sorted(evaluation.withheld)),
         verdict_of(evaluation).level == "good",

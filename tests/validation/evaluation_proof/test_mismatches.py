@@ -19,9 +19,12 @@ FEW = ("nothing", "masses 5 %")
 NOTHING, MASSES, SENSORS = BY_NAME["nothing"], BY_NAME["masses 5 %"], BY_NAME["an IMU 2 ms late"]
 
 
+# One drop with one joint at a time, one with joints together.
+@pytest.mark.parametrize("number", [0, 1])
 @pytest.mark.parametrize("row", few_of(*(BY_NAME[name] for name in FEW), *ROWS, least=len(FEW)))
-def test_what_is_called_good_holds(row: Row) -> None:
-    outcome = judge_drop(row, seeds_of(row)[0])
+def test_what_is_called_good_holds(row: Row, number: int) -> None:
+    outcome = judge_drop(row, seeds_of(row)[number])
+    assert outcome.together == (number == 1)
     # GOOD with a number beyond 4.5 of its standard deviations would be a false GOOD.
     assert not (outcome.good and outcome.worst > 4.5)
     # A failed check must show in the verdict and in the worth of the correction.
@@ -57,13 +60,16 @@ def make_judged(count: int, times: float = 1.0, **changed: object) -> list[Judge
         {name: Errors(times * random.standard_normal(3), np.ones(3)) for name in PROTECTED}
         for _ in range(count)
     ]
-    judged_drops = (Judged(drop_errors, (), False, "to be made", (), 1.0) for drop_errors in errors)
+    judged_drops = (
+        Judged(number % 2 == 1, drop_errors, (), False, "to be made", (), 1.0)
+        for number, drop_errors in enumerate(errors)
+    )
     return [replace(judged_drop, **changed) for judged_drop in judged_drops]  # type: ignore[arg-type]
 
 
 def test_right_intervals_are_told_from_wrong_ones() -> None:
     right = summary(NOTHING, make_judged(100))
-    assert right.met and COVERED[0] < right.hold < COVERED[1] and not right.off
+    assert right.met and all(COVERED[0] < share < COVERED[1] for share in right.hold) and not right.off
     # Twice too wide errors and a third of them: both say that stated deviations are wrong.
     for wrong in (make_judged(100, 2.0), make_judged(100, 0.3)):
         assert not summary(NOTHING, wrong).met
@@ -92,7 +98,7 @@ def test_withholding_everything_is_no_answer() -> None:
     assert summary(MASSES, many).met
     assert not summary(MASSES, make_judged(99) + make_judged(1, withheld=("strokes",))).met
     nothing_given = summary(SENSORS, make_judged(30, withheld=tuple({*PROTECTED.values()}), errors={}))
-    assert nothing_given.met and np.isnan(nothing_given.hold)
+    assert nothing_given.met and np.isnan(nothing_given.hold).all()
 
 
 def test_lessons_are_told_maneuver_by_maneuver() -> None:
