@@ -1,9 +1,9 @@
 """One primitive of loops in which joints overlap: a cycle in which each joint goes out and back, flown several times.
 
 At zero angular momentum the rotation depends on the path in the space of joint angles, not on speed: strokes that
-overlap cut its corners, and a cycle may begin while the last joint still comes back from the one before. Random
-cycles are ranked by their rate about the axis needed; the best is the starting point of sequential quadratic
-programming (SLSQP) for the least time that leads to the target.
+overlap cut its corners, and a cycle may begin while the last joint still comes back from the one before. Random cycles
+tell which joints turn the robot fastest about the axis needed, and by how much at a time; a differential evolution
+then looks for the cycle that leads to the target soonest.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from scipy import optimize
+from scipy.optimize import Bounds, differential_evolution
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
@@ -21,22 +21,22 @@ from tfsat_host.plan.collisions import CONTACT_MM, least_gap
 from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable, Shape
 from tfsat_host.plan.orbit.stroke_history import fly_history, stroke_history, stroke_s
 
-# Cycles drawn for each group of joints; the best of all is optimized.
+# Cycles drawn for each group of joints.
 _DRAWN = 200
-_SEED = 1
 # The more cycles, the longer the attitude is not measured.
-_MAX_CYCLES = 6
+_MAX_CYCLES = 8
+# A period is at most so much longer than the longest way out and back.
+_MAX_PAUSE = 0.3
+_SEED = 1
+_GENERATIONS, _MEMBERS_A_NUMBER, _CROSSOVER = 200, 8, 0.7
+# More than what a loop takes to turn any further about a slow axis, for each degree.
+_PENALTY_S_RAD = 60.0 / np.radians(1.0)
+# The search aims at less than what is allowed: it comes close to its aim, not below it.
+_AIM = 0.98
+# A joint that moves less makes no stroke.
+_MIN_DISPLACEMENT_RAD = np.radians(0.1)
 # At which bodies are looked at for collisions.
 _POSES = 400
-_DIFFERENCE = 1e-6
-_ITERATIONS = 80
-_MAX_LONGER = 1.3
-# A rotation that counts as much as a second.
-_SCALE_RAD = np.radians(5.0)
-# A joint that moves less than this makes no cycle.
-_MIN_DISPLACEMENT_RAD = np.radians(5.0)
-# Short of what is allowed by a little, or rounding would leave more.
-_ALMOST = 0.999
 
 
 def find_overlapping_primitive(
@@ -53,24 +53,27 @@ def find_overlapping_primitive(
     Returns:
         A primitive that leaves no more than allowed, and in which no body strikes another; None if none was found.
     """
-    vector = quaternion.logarithm(needed)
-    angle = float(np.linalg.norm(vector))
+    axis = quaternion.logarithm(needed)
+    angle_rad = float(np.linalg.norm(axis))
     random = np.random.default_rng(_SEED)
-    drawn = list[tuple[float, float, _Cycles, FloatArray]]()
+    drawn = list[tuple[float, float, _Cycles]]()
     size = min(moving_at_once, table.body.n_joints)
     for joints in combinations(range(table.body.n_joints), size):
         cycle = _Cycles(table, joints, 1)
-        x = cycle.draw(random, _DRAWN)
-        turns = vector @ quaternion.logarithm(cycle.rotations(x)) / angle
+        x = cycle.of_unit(random.random((3 * size + 1, _DRAWN)))
+        turns_rad = axis @ quaternion.logarithm(cycle.rotations(x)) / angle_rad
         # Rank by the rate of cycles that follow one another without end.
-        best = int(np.argmax(turns / x[-2]))
-        drawn.append((float(turns[best] / x[-2, best]), float(turns[best]), cycle, x[:, best]))
-    _, turn, cycle, x = max(drawn, key=lambda drawn_cycle: drawn_cycle[0])
+        best = int(np.argmax(turns_rad / x[-2]))
+        drawn.append((float(turns_rad[best] / x[-2, best]), float(turns_rad[best]), cycle))
+    _, turn_rad, cycle = max(drawn, key=lambda drawn_cycle: drawn_cycle[0])
     # A cycle that hardly turns about the axis would be flown for minutes.
-    if turn * _MAX_CYCLES < angle:
+    if turn_rad * _MAX_CYCLES < angle_rad:
         return None
-    primitive = _Cycles(table, cycle.joints, int(np.ceil(angle / turn))).optimize(x, needed, allowed_rad)
-    return None if primitive is None or _strikes(table, primitive) else primitive
+    count = max(1, round(angle_rad / turn_rad))
+    # One cycle more, each of a smaller angle, is sometimes faster, or all that is found.
+    found = (replace(cycle, count=cycles).search(needed, allowed_rad) for cycles in (count, count + 1))
+    free = [primitive for primitive in found if primitive is not None and not _strikes(table, primitive)]
+    return min(free, key=lambda primitive: primitive.duration_s, default=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,20 +93,20 @@ class _Cycles:
     joints: tuple[int, ...]
     count: int
 
-    def draw(self, random: np.random.Generator, number: int) -> FloatArray:
-        """Draw cycles (3 d + 2, number) that keep all limits."""
-        joints, shape = list(self.joints), (len(self.joints), number)
-        room = (self.table.limits_rad - self.table.start_rad[:, None])[joints]
-        side = np.where(
-            random.random(shape) * np.ptp(room, axis=1)[:, None] < room[:, 1:], room[:, 1:], room[:, :1]
-        )
-        displacement = side * random.uniform(0.25, 1.0, shape)
+    def of_unit(self, unit: FloatArray) -> FloatArray:
+        """Return the cycles (3 d + 2, b) of points (3 d + 1, b) of the unit box: each keeps ranges and order."""
+        joints = list(self.joints)
+        size, early, late = unit[:-1].reshape(3, len(joints), -1)
+        low, high = (self.table.limits_rad - self.table.start_rad[:, None])[joints].T[..., None]
+        displacement = low + size * (high - low)
         stroke = stroke_s(self.table.robot, joints, displacement)
-        period = 2.0 * stroke.max(axis=0) * random.uniform(1.0, 1.2, number)
-        out = random.random(shape) * period
+        period = 2.0 * stroke.max(axis=0) * (1.0 + _MAX_PAUSE * unit[-1])
+        # Every joint is back before its next way out, one period after the last.
+        out = early * period
         out -= out.min(axis=0)
-        back = out + stroke + random.random(shape) * (period - 2.0 * stroke)
-        return np.concatenate([displacement, out, back, period[None], (back + stroke).max(axis=0)[None]])
+        back = out + stroke + late * (period - 2.0 * stroke)
+        end = (self.count - 1) * period + (back + stroke).max(axis=0)
+        return np.concatenate([displacement, out, back, period[None], end[None]])
 
     def strokes(self, x: FloatArray) -> tuple[list[int], FloatArray, FloatArray]:
         """Return joints (k,), angles (k, ...) and starts (k, ...) of all strokes, cycle by cycle."""
@@ -131,75 +134,32 @@ class _Cycles:
         last = quaternion.product(quaternion.inverse(twice), attitudes[-1])
         return np.asarray(quaternion.product(quaternion.product(once, periods), last))
 
-    def _margins_s(self, x: FloatArray) -> FloatArray:
-        """(4 d, b) by how much each joint comes back once it is out, goes out again once it is back, is in time."""
-        displacement, out, back = x[:-2].reshape(3, len(self.joints), -1)
-        stroke = stroke_s(self.table.robot, self.joints, displacement)
-        end = back + stroke
-        early = np.stack([back - out - stroke, out + x[-2] - end, x[-1] - (self.count - 1) * x[-2] - end])
-        return np.asarray(np.concatenate([*early, x[-2] - out]))
+    def search(self, needed: FloatArray, allowed_rad: float) -> Primitive | None:
+        """Search for the fastest cycles that lead to a rotation (4,); None if they leave more than is allowed."""
 
-    def optimize(self, start: FloatArray, needed: FloatArray, allowed_rad: float) -> Primitive | None:
-        """Minimize the duration from a cycle (3 d + 2,) on; None if the result leaves more than is allowed."""
-        count, d = len(start), len(self.joints)
-        first = start.copy()
-        first[-1] += (self.count - 1) * first[-2]
-        latest: dict[bytes, tuple[FloatArray, FloatArray]] = {}
+        def penalized_s(unit: FloatArray) -> FloatArray:
+            x = self.of_unit(unit)
+            rest = quaternion.product(quaternion.inverse(self.rotations(x)), needed[:, None])
+            missed_rad = np.maximum(quaternion.angle(rest) - _AIM * allowed_rad, 0.0)
+            return np.asarray(x[-1] + _PENALTY_S_RAD * missed_rad)
 
-        def residual(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-            """Remaining rotation in units of the scale, then margins, (3 + 4 d,), and their slopes."""
-            if x.tobytes() not in latest:
-                latest.clear()
-                columns = np.column_stack([x, x[:, None] + _DIFFERENCE * np.eye(count)])
-                rest = quaternion.product(quaternion.inverse(self.rotations(columns)), needed[:, None])
-                values = np.concatenate([quaternion.logarithm(rest) / _SCALE_RAD, self._margins_s(columns)])
-                latest[x.tobytes()] = values[:, 0], (values[:, 1:] - values[:, :1]) / _DIFFERENCE
-            return latest[x.tobytes()]
-
-        # Slacks x[-3:] hold the scaled miss: equality rows tie them to it, a ball bounds their length.
-        tie = np.hstack([np.zeros((3, count)), np.eye(3)])
-        room = (self.table.limits_rad - self.table.start_rad[:, None])[list(self.joints)]
-        low, high = np.zeros(count + 3), np.full(count + 3, np.inf)
-        low[:d] = np.where(first[:d] > 0.0, _MIN_DISPLACEMENT_RAD, room[:, 0])
-        high[:d] = np.where(first[:d] > 0.0, room[:, 1], -_MIN_DISPLACEMENT_RAD)
-        # Cycles that last much longer are no better, but the solver's first steps lead there.
-        high[d:count] = _MAX_LONGER * first[-1]
-        high[d : count - 1] = _MAX_LONGER * first[-2]
-        low[-3:] = -np.inf
-        seconds: FloatArray = np.eye(count + 3)[count - 1]
-
-        def duration(x: FloatArray) -> tuple[float, FloatArray]:
-            return float(seconds @ x), seconds
-
-        solution = optimize.minimize(
-            duration,
-            np.append(first, residual(first)[0][:3]),
-            jac=True,
-            method="SLSQP",
-            bounds=optimize.Bounds(low, high),
-            constraints=[
-                optimize.NonlinearConstraint(
-                    lambda x: residual(x[:-3])[0][:3] - x[-3:],
-                    0.0,
-                    0.0,
-                    jac=lambda x: np.hstack([residual(x[:-3])[1][:3], np.zeros((3, 3))]) - tie,
-                ),
-                optimize.NonlinearConstraint(
-                    lambda x: residual(x[:-3])[0][3:],
-                    0.0,
-                    np.inf,
-                    jac=lambda x: np.hstack([residual(x[:-3])[1][3:], np.zeros((4 * d, 3))]),
-                ),
-                optimize.NonlinearConstraint(
-                    lambda x: x[-3:] @ x[-3:],
-                    -np.inf,
-                    (_ALMOST * allowed_rad / _SCALE_RAD) ** 2,
-                    jac=lambda x: np.append(np.zeros(count), 2.0 * x[-3:])[None],
-                ),
-            ],
-            options={"maxiter": _ITERATIONS, "ftol": 1e-3},
+        numbers = 3 * len(self.joints) + 1
+        evolved = differential_evolution(
+            penalized_s,  # type: ignore[arg-type]  # the stubs know no vectorized functions
+            Bounds(np.zeros(numbers), np.ones(numbers)),
+            maxiter=_GENERATIONS,
+            popsize=_MEMBERS_A_NUMBER,
+            recombination=_CROSSOVER,
+            tol=0.0,
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+            rng=_SEED,
         )
-        primitive = self._primitive(np.clip(solution.x, low, high)[:count])
+        x = self.of_unit(evolved.x[:, None])[:, 0]
+        if (np.abs(x[: len(self.joints)]) < _MIN_DISPLACEMENT_RAD).any():
+            return None
+        primitive = self._primitive(x)
         rest = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), needed)
         return primitive if float(quaternion.angle(rest)) <= allowed_rad else None
 
