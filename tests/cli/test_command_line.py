@@ -300,17 +300,24 @@ def test_closed_streams_are_no_bug(args: str, closed: str, tmp_path: Path) -> No
     assert "Traceback" not in process.stderr
 
 
-def test_help_takes_less_than_a_tenth_of_a_second() -> None:
-    """Best of five, in processor time of the child: what else the machine does is not counted."""
-    # The best of five: what else the computer does only makes it slower.
-    assert min(_processor_seconds("--help") for _ in range(5)) < 0.1
-
-
-def _processor_seconds(*args: str) -> float:
-    """User and system time of one `tfsat-host`, as the console script starts it."""
+def test_help_takes_little_more_than_an_interpreter() -> None:
+    """Less than four times the processor time of a Python that does nothing: 0.06 s where that takes 0.026 s."""
     script = str(Path(sys.executable).with_name("tfsat-host"))
+    # The best of five, in turns: what else the computer does only makes them slower.
+    helps, empty = zip(
+        *(
+            (_processor_seconds(script, "--help"), _processor_seconds(sys.executable, "-c", ""))
+            for _ in range(5)
+        ),
+        strict=True,
+    )
+    assert min(helps) < 4.0 * min(empty)
+
+
+def _processor_seconds(program: str, *args: str) -> float:
+    """User and system time of one process."""
     null = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]
-    process = os.posix_spawn(script, [script, *args], os.environ, file_actions=null)
+    process = os.posix_spawn(program, [program, *args], os.environ, file_actions=null)
     _, status, usage = os.wait4(process, 0)
     assert status == 0
     return usage.ru_utime + usage.ru_stime
