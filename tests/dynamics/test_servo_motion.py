@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -112,3 +114,23 @@ def test_a_splines_overshoot_is_found_where_it_is() -> None:
     assert second.excess_rad < 1e-3
     lines = history_from_samples(t_s, np.zeros((6, 1)), between="linear")
     assert overshoots(lines)[0].excess_rad == 0.0
+
+
+@settings(derandomize=True)
+@given(
+    play_rad=st.floats(0.0, 0.02),
+    commanded_rad=st.lists(st.floats(0.0, 1.6), min_size=1, max_size=8),
+)
+def test_a_joint_stops_within_half_the_play_and_goes_no_farther_than_it_must(
+    play_rad: float, commanded_rad: list[float]
+) -> None:
+    servo, at_rad = replace(SERVO, play_rad=play_rad), 0.0
+    for target_rad in commanded_rad:
+        stop_rad = servo.stop_rad(at_rad, target_rad)
+        assert abs(stop_rad - target_rad) <= 0.5 * play_rad + 1e-15
+        # A command within the play moves nothing, another one moves the joint towards it.
+        if abs(target_rad - at_rad) <= 0.5 * play_rad:
+            assert stop_rad == at_rad
+        else:
+            assert min(at_rad, target_rad) <= stop_rad <= max(at_rad, target_rad)
+        at_rad = stop_rad

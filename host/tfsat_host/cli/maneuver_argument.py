@@ -33,8 +33,8 @@ WHAT_A_B_MEANS = "A B means the closed loop +A joint 1, +B joint 2, -A joint 1, 
 SERVOS_SPEED = "what the robot file says of its servos"
 _FASTEST_DEG_S = 100_000.0
 CALIBRATION = """\
---calibration FILE  certificate with measured speeds, accelerations and delays of the servos, instead of those
-                    of the robot file (default: none)"""
+--calibration FILE  certificate with the servos as measured: speed, acceleration and delay instead of those of the
+                    robot file, and play (default: none)"""
 
 
 def maneuver_usage(default_speed: str = "170") -> str:
@@ -92,14 +92,15 @@ def robot_from(args: argparse.Namespace, out: Output) -> RobotModel:
     """
     from tfsat_host.calibration.calibration_errors import CalibrationError
     from tfsat_host.calibration.certificate.file import read_calibration
-    from tfsat_host.calibration.servos.dynamics_fit import with_dynamics
+    from tfsat_host.calibration.servos.dynamics_fit import with_servos
     from tfsat_host.robot import load_robot
 
     robot, file = load_robot(args.robot), args.calibration
     if file is None:
         return robot
     calibration = read_calibration(file)
-    problem = "" if calibration.servo_dynamics else "holds no speed, acceleration and delay of a servo"
+    servos = (*calibration.servo_dynamics, *calibration.servo_maps)
+    problem = "" if servos else "holds no measured servo"
     if calibration.subject.robot != robot.name:
         problem = f"is of {calibration.subject.robot}, not of {robot.name}"
     if problem:
@@ -112,13 +113,23 @@ def robot_from(args: argparse.Namespace, out: Output) -> RobotModel:
                 "; to go by the robot file, leave --calibration out.",
             ),
         )
-    measured = with_dynamics(robot, calibration.servo_dynamics)
+    measured = with_servos(robot, calibration.servo_dynamics, calibration.servo_maps)
     by_file = [
         name for name, servo in zip(robot.joint_names, measured.servos, strict=True) if None in servo.measured
     ]
     if by_file:
         out.warn(
-            f"Not measured each way in {file}: the servo of {', '.join(by_file)}, taken from {robot.path.name}."
+            f"Not measured each way in {file}: speed and delay of the servo of {', '.join(by_file)}, taken from "
+            f"{robot.path.name}."
+        )
+    no_play = [
+        name
+        for name, servo in zip(robot.joint_names, measured.servos, strict=True)
+        if servo.stop_std_rad is None
+    ]
+    if no_play:
+        out.warn(
+            f"{file} has no servo map of {', '.join(no_play)}: strokes are taken to end where commanded."
         )
     return measured
 

@@ -50,7 +50,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Differentiates, draws, and shows what spreads and why."""
     from tfsat_host.dynamics.simulation import robot_limits
     from tfsat_host.plan.cluster import run_study
-    from tfsat_host.plan.parameters import Parameters, Plan, error_sources, uncertainty_of
+    from tfsat_host.plan.error_sources import error_sources, uncertainty_of
+    from tfsat_host.plan.parameters import Parameters, Plan
     from tfsat_host.plan.samples_file import check_samples_file, write_samples
     from tfsat_host.plan.spread import derivatives, linear_spread, summary, time_limits
     from tfsat_host.plan.study import Study

@@ -346,12 +346,12 @@ def history_from_moves(
 
 
 def history_of(motion: ServoMotion, breaks_s: FloatArray, start_rad: FloatArray) -> JointHistory:
-    """Build the history of moves from joint angles `start_rad` (n - 1,).
+    """Build the history of moves from joint angles `start_rad`, (n - 1,) or (n - 1, ...).
 
     Accelerations must be constant between the breaks (m + 1, ...).
     """
     pieces = np.zeros((3, len(breaks_s) - 1, len(start_rad), *breaks_s.shape[1:]))
-    pieces[2] = start_rad.reshape(-1, *(1,) * (breaks_s.ndim - 1))
+    pieces[2] = start_rad.reshape(*start_rad.shape, *(1,) * (breaks_s.ndim - start_rad.ndim))
     for number, joint in enumerate(motion.joints):
         pieces[:, :, joint] += motion.polynomials(number, breaks_s)
     return JointHistory(breaks_s, pieces)

@@ -99,7 +99,7 @@ def fly(
     """
     carried: list[TimedMove] = []
     if isinstance(motion, Schedule):
-        moves, start = timed_moves(motion), np.array([servo.start_rad for servo in robot.servos])
+        moves, start = timed_moves(robot, motion), np.array([servo.start_rad for servo in robot.servos])
         carried, history = (
             servo_moves(robot, moves),
             history_from_moves(robot, moves, start_rad=start, end_s=until_s),
@@ -144,7 +144,7 @@ def arrivals_s(robot: RobotModel, schedule: Schedule) -> tuple[float, ...]:
 
     It is later than scheduled if the servo needs longer.
     """
-    return tuple(move.end_s for move in servo_moves(robot, timed_moves(schedule)))
+    return tuple(move.end_s for move in servo_moves(robot, timed_moves(robot, schedule)))
 
 
 def end_of_flight_s(asked_s: float | None, joints_end_s: float, step_s: float | None) -> float:
@@ -169,12 +169,18 @@ def end_of_flight_s(asked_s: float | None, joints_end_s: float, step_s: float | 
     return until_s
 
 
-def timed_moves(schedule: Schedule) -> list[TimedMove]:
-    """Convert the schedule's strokes to joint moves for `history_from_moves` and `servo_moves`."""
-    return [
-        TimedMove(s.joint - 1, math.radians(s.angle_deg), s.t_s, s_from_us(s.end_us))
-        for s in schedule.strokes
-    ]
+def timed_moves(robot: RobotModel, schedule: Schedule) -> list[TimedMove]:
+    """Convert the schedule's strokes to moves of the robot's joints, for `history_from_moves` and `servo_moves`."""
+    commanded_rad = [servo.start_rad for servo in robot.servos]
+    reached_rad, moves = commanded_rad.copy(), []
+    for stroke in schedule.strokes:
+        joint = stroke.joint - 1
+        commanded_rad[joint] += math.radians(stroke.angle_deg)
+        # A joint goes from where it really is, and no farther than its servo's play.
+        stop_rad = robot.servos[joint].stop_rad(reached_rad[joint], commanded_rad[joint])
+        moves.append(TimedMove(joint, stop_rad - reached_rad[joint], stroke.t_s, s_from_us(stroke.end_us)))
+        reached_rad[joint] = stop_rad
+    return moves
 
 
 def clip_history(history: JointHistory, from_s: float, until_s: float) -> JointHistory:

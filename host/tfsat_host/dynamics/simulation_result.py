@@ -230,7 +230,11 @@ def notices(
     """
     robot, motion = simulation.robot, simulation.motion
     if isinstance(motion, Schedule):
-        messages = [*_schedule_notices(robot, motion, maneuver), *_late_notices(simulation, motion)]
+        messages = [
+            *_schedule_notices(robot, motion, maneuver),
+            *_late_notices(simulation, motion),
+            *_turned_back_notices(simulation, motion),
+        ]
     else:
         messages = _history_notices(robot, motion)
     if not simulation.is_closed:
@@ -290,6 +294,22 @@ def _late_notices(simulation: Simulation, schedule: Schedule) -> list[str]:
             "later t_s in the maneuver file, to part the strokes."
         )
     return messages
+
+
+def _turned_back_notices(simulation: Simulation, schedule: Schedule) -> list[str]:
+    """Return notices of strokes that turn their joint back before its servo, slower than scheduled, has arrived."""
+    notices, latest_s = [], dict.fromkeys(range(1, simulation.robot.n_joints + 1), 0.0)
+    for number, (stroke, arrival_s) in enumerate(
+        zip(schedule.strokes, simulation.arrivals_s, strict=True), 1
+    ):
+        early_s = latest_s[stroke.joint] - stroke.t_s
+        if early_s > _LATE_S:
+            notices.append(
+                f"Stroke {number} starts {1e3 * early_s:.3g} ms before joint {stroke.joint} has arrived. A servo turns "
+                "back at once; here it arrives first, so the rotation will be another one. Start the stroke later."
+            )
+        latest_s[stroke.joint] = arrival_s
+    return notices
 
 
 def _history_notices(robot: RobotModel, history: JointHistory) -> list[str]:

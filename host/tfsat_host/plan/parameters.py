@@ -6,6 +6,7 @@
     points of joint axes    mm        the two coordinates across the axis
     tilts of joint axes     deg       about the two directions across the axis
     ends of strokes         deg       the joint angle at which each stroke ends
+    starts                  deg       the angle of each joint at the release
     speeds of servos        deg/s     average of a stroke, for the joints that the maneuver moves; greatest rate each
                                       way where a calibration measured it
     accelerations           deg/s^2   of the same servos
@@ -18,24 +19,6 @@ The maneuver runs open loop: a stroke starts its servo's delay after its time, w
 joint goes at its servo's average rate, or as fast as it can if the servo was measured, with the servo's acceleration at
 both ends, to the angle at which its servo believes that the stroke is done. A slow servo may still move while the next
 joint starts: then the path through the joint angles, and with it the rotation, is another one.
-
-Errors come from sources, independent normal deviates, and the parameters follow linearly from them: p = nominal +
-matrix @ deviates. A source may shift several parameters at once, as the scale of a servo shifts the end of each of
-its strokes.
-
-    mass          a share of each body's mass
-    com           each coordinate of each center of mass
-    inertia       a share of each body's whole tensor, so that it remains a rigid body's: a tensor that is scaled keeps
-                  its principal axes and the ratios of its moments, and with them the triangle inequality
-    joint_point   each coordinate of each joint's point across its axis
-    joint_axis    each of two tilts of each axis
-    stroke        the end of each stroke, drawn for every stroke: play and dead band
-    servo_scale   a joint goes 1 + error times as far as commanded, there and back; the servo's own error, which
-                  is why a joint that stops short at 54.8 deg instead of 59 still comes back to where it began
-    servo_speed   a share of each joint's speed, or what the calibration leaves of it
-    servo_delay   of each joint
-    servo_acceleration   what the calibration leaves of it; speed, delay and acceleration of a measured servo err
-                  together, as the covariance of their fit says
 """
 
 from __future__ import annotations
@@ -51,11 +34,10 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.history import JointHistory, ServoMotion, history_of
 from tfsat_host.dynamics.multibody import Multibody, across, tilt_axes
-from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
-from tfsat_host.robot import RobotModel, Uncertainty
-from tfsat_host.robot.model import MAX_RELATIVE, UNCERTAIN, ServoDynamics
+from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import Servo, ServoDynamics
 from tfsat_host.units import s_from_us
 
 
@@ -78,9 +60,10 @@ class Plan:
     """A maneuver as the servos are commanded.
 
     Attributes:
-        start_rad: (n - 1,) joint angles at the release: the start pose of the robot's servos.
+        servos: Of the robot.
+        start_rad: (n - 1,) joint angles at the release: the start pose of the servos.
         joints: (k,) index of the joint of each stroke.
-        target_rad: (k,) angle at which the joint of each stroke is commanded to end.
+        stop_rad: (k,) angle at which the joint of each stroke ends: the commanded one, less its servo's play.
         start_s: (k,) start of each stroke after release, in order.
         drives: Of each servo whose dynamics count: index of its joint, and 1 or -1 if they were measured each way, else
             0; by joint.
@@ -90,9 +73,10 @@ class Plan:
         until_s: When the attitude is looked at; later for a robot whose joints still move.
     """
 
+    servos: tuple[Servo, ...]
     start_rad: FloatArray
     joints: tuple[int, ...]
-    target_rad: FloatArray
+    stop_rad: FloatArray
     start_s: FloatArray
     drives: tuple[tuple[int, int], ...]
     drive_of: tuple[int, ...]
@@ -115,10 +99,11 @@ class Plan:
         """
         start = np.array([servo.start_rad for servo in robot.servos])
         # Relative strokes, added up to the absolute angle at which each one ends.
-        angles, targets = start.copy(), []
-        for stroke in strokes:
-            angles[stroke.joint] += stroke.delta_rad
-            targets.append(angles[stroke.joint])
+        commanded, reached, stops = start.copy(), start.copy(), []
+        for joint, delta, _ in strokes:
+            commanded[joint] += delta
+            reached[joint] = robot.servos[joint].stop_rad(reached[joint], commanded[joint])
+            stops.append(reached[joint])
         by_drive: dict[tuple[int, int], ServoDynamics] = {}
         drives = []
         for stroke in strokes:
@@ -128,9 +113,10 @@ class Plan:
             by_drive[drives[-1]] = dynamics
         ordered = sorted(by_drive)
         return cls(
+            servos=robot.servos,
             start_rad=start,
             joints=tuple(stroke.joint for stroke in strokes),
-            target_rad=np.array(targets),
+            stop_rad=np.array(stops),
             start_s=np.array([stroke.start_s for stroke in strokes]),
             drives=tuple(ordered),
             drive_of=tuple(map(ordered.index, drives)),
@@ -155,14 +141,15 @@ class Plan:
         return tuple(sorted(set(self.joints)))
 
 
-_SERVO_KINDS = {
+SERVO_KINDS = {
     "speed": ("deg/s", math.degrees(1.0)),
     "acceleration": ("deg/s^2", math.degrees(1.0)),
     "delay": ("ms", 1e3),
 }
 """What is known of a servo's motion, in the order of a covariance: unit, and how many of it make one in SI."""
 _ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-_DEG = float(np.degrees(1.0))
+DEG = float(np.degrees(1.0))
+"""In a radian."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +162,7 @@ class Parameters:
         units: p units.
         steps: (p,) small changes, in those units, that derivatives may be taken with.
         nominal: (p,) values of the model, in those units.
-        part: Where each kind stands: mass, com, inertia, joint_point, joint_tilt, stroke_end, speed,
+        part: Where each kind stands: mass, com, inertia, joint_point, joint_tilt, stroke_end, start, speed,
             acceleration, delay.
         body: The nominal robot.
         origin_m: (n, 3) origins of the body frames.
@@ -203,7 +190,7 @@ class Parameters:
         sides = np.array([across(axis) for axis in robot.joint_axis]).reshape(-1, 2, 3)
         rows = _rows(robot, plan, sides)
         bodies, joints = robot.n_bodies, robot.n_joints
-        kinds = ("mass", "com", "inertia", "joint_point", "joint_tilt", "stroke_end", *_SERVO_KINDS)
+        kinds = ("mass", "com", "inertia", "joint_point", "joint_tilt", "stroke_end", "start", *SERVO_KINDS)
         # The layout of the parameter vector, in the order of `_rows`.
         sizes = (
             bodies,
@@ -212,7 +199,8 @@ class Parameters:
             2 * joints,
             2 * joints,
             len(plan.joints),
-            *[len(plan.drives)] * len(_SERVO_KINDS),
+            joints,
+            *[len(plan.drives)] * len(SERVO_KINDS),
         )
         # Running sums of the sizes bound each kind's slice.
         edges = itertools.pairwise(itertools.accumulate(sizes, initial=0))
@@ -240,7 +228,7 @@ class Parameters:
             inertia[..., i, k] = inertia[..., k, i] = entries[..., index]
         # Points move across their axis only, by the difference from nominal.
         shift = 1e-3 * (vectors - self.nominal)[:, part["joint_point"]].reshape(batch, -1, 2)
-        tilt = vectors[:, part["joint_tilt"]].reshape(batch, -1, 2) / _DEG
+        tilt = vectors[:, part["joint_tilt"]].reshape(batch, -1, 2) / DEG
         return self.body.replace(
             mass_kg=vectors[:, part["mass"]],
             com_m=self.origin_m + 1e-3 * vectors[:, part["com"]].reshape(batch, -1, 3),
@@ -260,15 +248,15 @@ class Parameters:
         drive_of = list(plan.drive_of)
         # (k, s) of each stroke's servo.
         speed, acceleration, delay_s = (
-            vectors[:, part[kind]].T[drive_of] / unit for kind, (_, unit) in _SERVO_KINDS.items()
+            vectors[:, part[kind]].T[drive_of] / unit for kind, (_, unit) in SERVO_KINDS.items()
         )
         # A relative speed scales a servo's average and greatest rate alike; a measured one has the greatest alone.
         measured = np.array([plan.dynamics[drive].covariance is not None for drive in drive_of])[:, None]
         greatest = np.array([plan.dynamics[drive].max_rate_rad_s for drive in drive_of])[:, None]
         max_rate = np.where(measured, speed, speed / plan.rate_rad_s * greatest)
-        reached = vectors[:, part["stroke_end"]].T / _DEG
+        reached = vectors[:, part["stroke_end"]].T / DEG
         # A stroke begins where its joint really ended before, so the error of an end shifts two strokes.
-        angle = dict(enumerate(plan.start_rad))
+        angle = dict(enumerate(vectors[:, part["start"]].T / DEG))
         delta = np.empty_like(reached)
         for k, joint in enumerate(joints):
             delta[k] = reached[k] - angle[joint]
@@ -282,16 +270,17 @@ class Parameters:
             acceleration,
         )
 
-    def history(self, motion: ServoMotion) -> JointHistory:
-        """Build the joint history of s robots from the release to the time of the final attitude.
+    def history(self, vectors: FloatArray) -> JointHistory:
+        """Build the joint history of robots with parameters (s, p) from the release to the time of the final attitude.
 
         It lasts longer while joints still move.
         """
+        motion = self.motion(vectors)
         begin = np.zeros_like(motion.end_s[:1])
         end = np.maximum(motion.end_s.max(axis=0, keepdims=True), self.plan.until_s)
         # (m, s): each robot has breaks of its own, in equal number; pieces may have no length.
         breaks = np.sort(np.concatenate([begin, motion.changes_s, end]), axis=0)
-        return history_of(motion, breaks, self.plan.start_rad)
+        return history_of(motion, breaks, vectors[:, self.part["start"]].T / DEG)
 
     def _sideways(self, amounts: FloatArray) -> FloatArray:
         """(s, n - 1, 3): `amounts` (s, n - 1, 2) along the directions across each axis."""
@@ -321,143 +310,19 @@ def _rows(robot: RobotModel, plan: Plan, square: FloatArray) -> list[tuple[str, 
         rows += [(f"{name} point {w}", "mm", 0.5, 1e3 * x) for w, x in zip(pair, sides @ point, strict=True)]
     for name, pair in joints:
         rows += [(f"{name} tilt about {which}", "deg", 0.1, 0.0) for which in pair]
-    for k, (joint, target) in enumerate(zip(plan.joints, plan.target_rad, strict=True), 1):
-        rows.append((f"stroke {k} end ({robot.joint_names[joint]})", "deg", 0.02, target * _DEG))
+    for k, (joint, stop) in enumerate(zip(plan.joints, plan.stop_rad, strict=True), 1):
+        rows.append((f"stroke {k} end ({robot.joint_names[joint]})", "deg", 0.02, stop * DEG))
+    rows += [
+        (f"{name} start", "deg", 0.02, start * DEG)
+        for name, start in zip(robot.joint_names, plan.start_rad, strict=True)
+    ]
     ways = {0: "", 1: " opening", -1: " closing"}
     names = [f"{robot.joint_names[joint]}{ways[way]}" for joint, way in plan.drives]
     for name, servo in zip(names, plan.dynamics, strict=True):
         rate = plan.rate_rad_s if servo.covariance is None else servo.max_rate_rad_s
-        rows.append((f"{name} speed", "deg/s", 0.02, rate * _DEG))
+        rows.append((f"{name} speed", "deg/s", 0.02, rate * DEG))
     for name, servo in zip(names, plan.dynamics, strict=True):
-        rows.append((f"{name} acceleration", "deg/s^2", 1.0, servo.acceleration_rad_s2 * _DEG))
+        rows.append((f"{name} acceleration", "deg/s^2", 1.0, servo.acceleration_rad_s2 * DEG))
     for name, servo in zip(names, plan.dynamics, strict=True):
         rows.append((f"{name} delay", "ms", 0.1, 1e3 * servo.delay_s))
     return [(name, unit, float(step), float(value)) for name, unit, step, value in rows]
-
-
-@dataclass(frozen=True, eq=False)
-class ErrorSources:
-    """d independent sources of error.
-
-    Attributes:
-        names: d names for people.
-        kinds: d kinds, as the module lists them.
-        sigmas: d standard deviations as people write them, with their units.
-        matrix: (p, d) what one standard deviation of each does to each parameter, in the parameter's unit.
-        drawn_first: So many are drawn before the others, which were added since: a seed keeps its robots.
-    """
-
-    names: tuple[str, ...]
-    kinds: tuple[str, ...]
-    sigmas: tuple[str, ...]
-    matrix: FloatArray
-    drawn_first: int
-
-    @property
-    def parameter_sigma(self) -> FloatArray:
-        """(p,) standard deviation of each parameter, in its unit."""
-        return np.asarray(np.sqrt((self.matrix**2).sum(axis=1)))
-
-    def shifts(self, deviates: FloatArray) -> FloatArray:
-        """(s, p) shifts of the parameters by deviates (s, d).
-
-        Sums in a fixed order, element by element: the same numbers from every computer, whatever BLAS it has.
-        """
-        shifts = np.zeros((len(deviates), len(self.matrix)))
-        # The matrix is sparse: only its nonzero entries are summed, in a fixed order.
-        for parameter, source in zip(*np.nonzero(self.matrix), strict=True):
-            shifts[:, parameter] += self.matrix[parameter, source] * deviates[:, source]
-        return shifts
-
-
-def error_sources(parameters: Parameters, stated: Uncertainty) -> ErrorSources:
-    """Build the error sources of a robot from its stated uncertainties.
-
-    An uncertainty of 0 leaves its sources without effect.
-    """
-    part, nominal = parameters.part, parameters.nominal
-    rows: list[tuple[str, str, str, FloatArray]] = []
-
-    def add(kind: str, name: str, sigma: str, effects: dict[int, float]) -> None:
-        column = np.zeros(len(nominal))
-        for index, effect in effects.items():
-            column[index] = effect
-        rows.append((name, kind, sigma, column))
-
-    def each(
-        kind: str, of: str, sigma: float, unit: str, *, share: bool = False, numbers: Sequence[int] = ()
-    ) -> None:
-        written = f"{100 * sigma:g} %" if share else f"{sigma:g} {unit}"
-        for i in (part[of].start + number for number in numbers or range(part[of].stop - part[of].start)):
-            add(kind, parameters.names[i], written, {i: sigma * nominal[i] if share else sigma})
-
-    each("mass", "mass", stated.mass_relative, "", share=True)
-    each("com", "com", 1e3 * stated.com_m, "mm")
-    # One source scales all six entries of a tensor, which so remains a rigid body's.
-    for start in range(part["inertia"].start, part["inertia"].stop, 6):
-        name = parameters.names[start].removesuffix(" xx")
-        entries = {i: stated.inertia_relative * nominal[i] for i in range(start, start + 6)}
-        add("inertia", name, f"{100 * stated.inertia_relative:g} %", entries)
-    each("joint_point", "joint_point", 1e3 * stated.joint_point_m, "mm")
-    each("joint_axis", "joint_tilt", _DEG * stated.joint_axis_rad, "deg")
-    each("stroke", "stroke_end", _DEG * stated.stroke_rad, "deg")
-    first, plan = part["stroke_end"].start, parameters.plan
-    for joint in plan.moved_joints:
-        name = parameters.joint_names[joint]
-        # A servo's scale errs in proportion to the way from the start pose: back there it errs by nothing.
-        way = _DEG * (plan.target_rad - plan.start_rad[joint])
-        scale = {
-            first + k: stated.stroke_relative * way[k]
-            for k, moved in enumerate(plan.joints)
-            if moved == joint
-        }
-        add("servo_scale", f"{name} servo scale", f"{100 * stated.stroke_relative:g} %", scale)
-    unmeasured = [number for number, servo in enumerate(plan.dynamics) if servo.covariance is None]
-    if unmeasured:
-        each("servo_speed", "speed", stated.servo_speed_relative, "", share=True, numbers=unmeasured)
-    drawn_first = len(rows)
-    if unmeasured:
-        each("servo_delay", "delay", 1e3 * stated.servo_delay_s, "ms", numbers=unmeasured)
-    units = np.array([unit for _, unit in _SERVO_KINDS.values()])
-    for number, servo in enumerate(plan.dynamics):
-        if servo.covariance is None:
-            continue
-        # A triangular root makes independent sources of errors that hang together.
-        root = np.linalg.cholesky(servo.covariance) * units[:, None]
-        indices = [part[kind].start + number for kind in _SERVO_KINDS]
-        for i, (kind, (unit, _)) in enumerate(_SERVO_KINDS.items()):
-            effects = dict(zip(indices, root[:, i], strict=True))
-            add(f"servo_{kind}", parameters.names[indices[i]], f"{root[i, i]:.2g} {unit}", effects)
-    names, kinds, sigmas, columns = zip(*rows, strict=True)
-    return ErrorSources(names, kinds, sigmas, np.column_stack(columns), drawn_first)
-
-
-def uncertainty_of(robot: RobotModel, other: Mapping[str, float]) -> Uncertainty:
-    """Return the robot's stated uncertainties, with the values in `other` replacing some of them.
-
-    A robot whose file states none starts from zero.
-
-    Raises:
-        UsageError: a key is unknown, a value is not a standard deviation or too large a share, or nothing
-            is stated.
-    """
-    if robot.uncertainty is None and not other:
-        raise UsageError(
-            what=f"{robot.path} states no uncertainty.",
-            meaning="Nothing was computed: without standard deviations there is nothing to draw.",
-            next_step="Add a table [uncertainty] to the file, or state some: --sigma com_mm=3 --sigma stroke_deg=1",
-        )
-    for key, value in other.items():
-        problem = cure = ""
-        if key not in UNCERTAIN:
-            problem, cure = f"{key!r} is no uncertainty", f"Known are: {', '.join(UNCERTAIN)}."
-        elif not (math.isfinite(value) and value >= 0.0):
-            problem, cure = f"{key}={value:g} is no standard deviation", f"Give 0 or more: --sigma {key}=0"
-        # A larger share could leave nothing of a mass or a rate within the deviates that are drawn.
-        elif key.endswith("_relative") and value > MAX_RELATIVE:
-            problem = f"{key}={value:g} is too large: five of them would leave nothing"
-            cure = f"Give a share up to {MAX_RELATIVE:g}, such as --sigma {key}=0.05 for 5 %."
-        if problem:
-            raise UsageError(what=f"--sigma: {problem}.", meaning="Nothing was computed.", next_step=cure)
-    # Figures that are given replace those of the file, key by key.
-    return Uncertainty.of((robot.uncertainty or Uncertainty()).figures() | dict(other))

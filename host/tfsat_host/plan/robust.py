@@ -30,8 +30,9 @@ from scipy import optimize
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion, rotation_angle_rad
 from tfsat_host.dynamics.propagate import Propagation
+from tfsat_host.plan.error_sources import error_sources
 from tfsat_host.plan.loops import Sequence
-from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.plan.problem import Problem
 from tfsat_host.robot import RobotModel, Uncertainty
 
@@ -129,7 +130,7 @@ class Uncertain:
     @staticmethod
     def _turn_in_time(parameters: Parameters, vectors: FloatArray) -> FloatArray:
         """(s,) reorientation of robots with parameters (s, p), each stroke at its time."""
-        history = parameters.history(parameters.motion(vectors))
+        history = parameters.history(vectors)
         # One step of order 6 for each piece of constant accelerations leaves less than the quadrature does.
         course = Propagation(parameters.robots(vectors), history, None, None, step_s=math.inf, order=6)
         return np.asarray(quaternion.angle(course.attitudes()[-1]))

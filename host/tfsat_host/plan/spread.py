@@ -20,8 +20,9 @@ import numpy as np
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.propagate_within import final_attitudes
+from tfsat_host.plan.error_sources import ErrorSources
 from tfsat_host.plan.facility import DropTower
-from tfsat_host.plan.parameters import ErrorSources, Parameters
+from tfsat_host.plan.parameters import Parameters
 from tfsat_host.plan.study import Outcomes, Study
 
 # Central difference of order 4: offsets in steps, and weights.
@@ -90,7 +91,7 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
     # All robots share their steps: differences are right to more digits than the attitudes.
     attitude, error_rad = final_attitudes(
         parameters.robots(vectors),
-        parameters.history(parameters.motion(vectors)),
+        parameters.history(vectors),
         initial_rate_rad_s=parameters.initial_rate_rad_s,
     )
     # Of the two quaternions of a rotation the one with w >= 0.

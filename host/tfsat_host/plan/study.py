@@ -20,7 +20,8 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.history import ServoMotion
 from tfsat_host.dynamics.propagate_within import final_attitudes
-from tfsat_host.plan.parameters import ErrorSources, Parameters
+from tfsat_host.plan.error_sources import ErrorSources
+from tfsat_host.plan.parameters import Parameters
 from tfsat_host.worker_processes import worker_pool
 
 CHUNK = 500
@@ -123,7 +124,7 @@ def run_chunk(study: Study, chunk: int) -> Outcomes:
     motion = parameters.motion(vectors)
     attitude, error_rad = final_attitudes(
         parameters.robots(vectors),
-        parameters.history(motion),
+        parameters.history(vectors),
         initial_rate_rad_s=parameters.initial_rate_rad_s,
     )
     count = len(study.deviates(chunk))

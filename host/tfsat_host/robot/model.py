@@ -74,6 +74,8 @@ class Servo:
         pulses: None where the file has no pulses, as in a study without boards.
         delay_s: From a stroke's time to the joint's first motion.
         measured: Dynamics towards smaller and towards larger angles; None: not measured.
+        play_rad: A joint stops half of it short of where its servo sends it, on the side from which it came.
+        stop_std_rad: Of where a single stroke ends about that; None: not measured.
     """
 
     average_rate_rad_s: float
@@ -83,11 +85,18 @@ class Servo:
     pulses: PulseMap | None
     delay_s: float = 0.0
     measured: tuple[ServoDynamics | None, ServoDynamics | None] = (None, None)
+    play_rad: float = 0.0
+    stop_std_rad: float | None = None
 
     def dynamics(self, delta_rad: float) -> ServoDynamics:
         """Return the dynamics of a stroke of `delta_rad`: as measured that way, else as the file states them."""
         by_file = ServoDynamics(self.max_rate_rad_s, self.acceleration_rad_s2, self.delay_s)
         return self.measured[int(delta_rad > 0.0)] or by_file
+
+    def stop_rad(self, from_rad: float, target_rad: float) -> float:
+        """Return the angle at which a joint stops that its servo moves from one angle to another."""
+        half_play_rad = 0.5 * self.play_rad
+        return min(max(from_rad, target_rad - half_play_rad), target_rad + half_play_rad)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from tests.cli.process import RunCli
 from tests.dynamics.random_robots import random_robot
 from tests.dynamics.simulate.maneuvers import write
+from tfsat_host.maneuver import Maneuver, Stroke, format_maneuver
 
 FIXED_KEYS = {"reorientation_deg", "rotation_vector_deg", "euler_zyx_deg", "quaternion_xyzw"}
 
@@ -242,6 +243,15 @@ def test_what_the_servos_cannot_do_in_time_is_done_later_and_said(tfsat_host: Ru
     assert slow["notices"] == []
     # Slower and faster strokes end in different attitudes: the path is another one.
     assert slow["reorientation_deg"] != pytest.approx(result["reorientation_deg"], abs=1e-4)
+
+
+def test_a_joint_that_is_turned_back_before_it_arrives_is_said(tfsat_host: RunCli) -> None:
+    # 10 deg at 170 deg/s take longer than scheduled: a servo has to speed up and slow down.
+    strokes = ((1, 10.0, 0.70), (1, -10.0, 0.76))
+    hasty = Maneuver(tuple(Stroke(*stroke) for stroke in strokes))
+    (tfsat_host.folder / "hasty.toml").write_text(format_maneuver(hasty))
+    notices = tfsat_host.json("simulate", "--file", "hasty.toml")["notices"]
+    assert any("Stroke 2 starts 40 ms before joint 1 has arrived" in notice for notice in notices)
 
 
 def test_the_error_of_the_integration_is_kept_small_or_said(tfsat_host: RunCli) -> None:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
+from tfsat_host.plan.error_sources import error_sources
 from tfsat_host.plan.maneuver_design import Robust, design
-from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.robust import Uncertain
 from tfsat_host.plan.study import Study, run_locally

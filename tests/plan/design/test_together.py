@@ -21,7 +21,8 @@ from tfsat_host.dynamics.simulation import timed_moves
 from tfsat_host.maneuver import read_maneuver, schedule_maneuver
 from tfsat_host.plan import together
 from tfsat_host.plan.collisions import least_gap
-from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
+from tfsat_host.plan.error_sources import error_sources
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.plan.robust import Uncertain
 from tfsat_host.plan.study import Study, run_locally
 from tfsat_host.robot import RobotModel
@@ -119,7 +120,7 @@ class ConstantAccelerations:
 
 def test_mujoco_turns_as_far(designed: tuple[dict[str, Any], Path], drop_tower: RobotModel) -> None:
     result, folder = designed
-    moves = timed_moves(schedule_maneuver(read_maneuver(folder / "maneuver.toml")))
+    moves = timed_moves(drop_tower, schedule_maneuver(read_maneuver(folder / "maneuver.toml")))
     history = history_from_moves(drop_tower, moves)
     state = State(quaternion.identity(), np.zeros(3), np.zeros(3), np.zeros(3))
     # Forward dynamics from piece to piece: within one no acceleration jumps.

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
+from tfsat_host.plan.error_sources import error_sources
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.plan.study import Study
 from tfsat_host.robot import RobotModel, Uncertainty
 

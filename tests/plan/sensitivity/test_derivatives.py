@@ -13,7 +13,8 @@ from tests.dynamics.reference import free_attitude
 from tests.plan.sensitivity.studies import EXACT, RATE_RAD_S, parameters_of, stated_by
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import TimedMove, history_from_moves
-from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
+from tfsat_host.plan.error_sources import error_sources
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.plan.spread import derivatives, linear_spread
 from tfsat_host.robot import RobotModel
 
@@ -88,7 +89,7 @@ def test_derivatives_agree_with_an_independent_model(robot: RobotModel, name: st
     plan = Plan.of(robot, _STROKES, RATE_RAD_S, until_s=_UNTIL_S)
     parameters = Parameters.of(robot, plan, _SPIN)
     step, change = _CHANGES[name]
-    ends = np.degrees(parameters.plan.target_rad)
+    ends = np.degrees(parameters.plan.stop_rad)
     vectors = []
     for by in (-step, step):
         moved_end = by if name.startswith("stroke 2") else 0.0

@@ -29,7 +29,7 @@ def _apart_deg(first: FloatArray, other: FloatArray) -> float:
 
 
 def _final(parameters: Parameters, vectors: FloatArray) -> FloatArray:
-    history = parameters.history(parameters.motion(vectors))
+    history = parameters.history(vectors)
     return final_attitudes(parameters.robots(vectors), history).quaternion[:, 0]
 
 
@@ -41,7 +41,7 @@ def test_each_sample_flies_as_propagate_flies_it_alone(
     rate = None if rate_deg_s is None else np.radians(rate_deg_s)
     vectors = study.vectors(study.deviates(0))
     bodies, moves = study.parameters.robots(vectors), study.parameters.motion(vectors)
-    together, error_rad = final_attitudes(bodies, study.parameters.history(moves), initial_rate_rad_s=rate)
+    together, error_rad = final_attitudes(bodies, study.parameters.history(vectors), initial_rate_rad_s=rate)
     assert np.degrees(error_rad) < 1e-4
     # A drawn servo may be faster than the file's greatest rate, which binds `moved`.
     servos = tuple(replace(servo, max_rate_rad_s=math.inf) for servo in robot.servos)
@@ -97,7 +97,7 @@ def test_a_stroke_of_no_angle_takes_no_time_and_moves_nothing(robot: RobotModel)
 def test_where_the_bound_of_steps_is_hit_the_error_says_so(robot: RobotModel) -> None:
     parameters, fast = parameters_of(robot), np.radians([80.0, 60.0, 100.0])
     nominal = parameters.nominal[None]
-    bodies, history = parameters.robots(nominal), parameters.history(parameters.motion(nominal))
+    bodies, history = parameters.robots(nominal), parameters.history(nominal)
     exact = final_attitudes(bodies, history, initial_rate_rad_s=fast, tolerance_rad=1e-9).quaternion[:, 0]
     rough, error_rad = final_attitudes(bodies, history, initial_rate_rad_s=fast, steps_max=1)
     assert 1e-5 < _apart_deg(rough[:, 0], exact) < np.degrees(error_rad)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.plan.sensitivity.studies import EXACT, parameters_of, scale_uncertainty, stated_by, study_of
-from tfsat_host.plan.parameters import error_sources
+from tfsat_host.plan.error_sources import error_sources
 from tfsat_host.plan.spread import TimeLimit, derivatives, linear_spread, summary
 from tfsat_host.plan.study import CHUNK, Outcomes, run_chunk, run_locally
 from tfsat_host.robot import RobotModel, Uncertainty

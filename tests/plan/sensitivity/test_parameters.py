@@ -43,7 +43,7 @@ def test_so_it_is_for_any_tree(tmp_path: Path) -> None:
     multibody = parameters.robots(parameters.nominal[None])
     np.testing.assert_allclose(multibody.joint_axis[0], robot.joint_axis, atol=1e-15)
     np.testing.assert_allclose(multibody.inertia_kg_m2[0], robot.inertia_kg_m2, atol=1e-18)
-    assert len(set(parameters.names)) == len(parameters.names) == 10 * 5 + 4 * 4 + 1 + 3
+    assert len(set(parameters.names)) == len(parameters.names) == 10 * 5 + 5 * 4 + 1 + 3
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_ends_of_strokes_and_speeds_are_in_degrees(robot: RobotModel) -> None:
     vector[parameters.names.index("stroke 1 end (joint 1)")] = 54.8
     vector[parameters.names.index("joint 1 speed")] = 137.0
     moves = parameters.motion(vector[None])
-    batch = parameters.history(moves)
+    batch = parameters.history(vector[None])
     history = JointHistory(batch.breaks_s[:, 0] + 1e-12 * np.arange(18), batch.coefficients[..., 0])
     np.testing.assert_allclose(
         np.degrees(history.angles_rad(np.array([1.3, 2.5]))),

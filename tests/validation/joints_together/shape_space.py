@@ -31,7 +31,7 @@ _STYLES = ({"color": BLACK, "linestyle": "--"}, {"color": BLUE}, {"color": VERMI
 
 def maneuver_path_deg(robot: RobotModel, maneuver: Maneuver) -> FloatArray:
     """Return joint angles (n, joints) in deg on the way of a maneuver."""
-    history = history_from_moves(robot, timed_moves(schedule_maneuver(maneuver)))
+    history = history_from_moves(robot, timed_moves(robot, schedule_maneuver(maneuver)))
     t_s = np.linspace(history.breaks_s[0], history.breaks_s[-1], 600)
     return np.degrees(history.angles_rad(t_s))
 

@@ -17,6 +17,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
+from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.calibration.servos.visits import shared_errors
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.dynamics.history import ServoMotion, history_of
@@ -67,9 +68,17 @@ class MeasuredDynamics(ServoDynamics):
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
 
-def with_dynamics(robot: RobotModel, fits: Iterable[MeasuredDynamics]) -> RobotModel:
-    """Return the robot with its servos as measured."""
+def with_servos(
+    robot: RobotModel, fits: Iterable[MeasuredDynamics], servo_maps: Iterable[ServoMap] = ()
+) -> RobotModel:
+    """Return the robot with its servos as measured, on a sequencer that has the settings of the maps."""
     servos = list(robot.servos)
+    for servo_map in servo_maps:
+        servos[servo_map.joint - 1] = replace(
+            servos[servo_map.joint - 1],
+            play_rad=max(0.0, servo_map.backlash_rad),
+            stop_std_rad=servo_map.stop_std_rad,
+        )
     for fit in fits:
         servo = servos[fit.joint - 1]
         closing, opening = servo.measured

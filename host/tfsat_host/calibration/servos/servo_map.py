@@ -123,6 +123,20 @@ class ServoMap:
         """Standard deviation of the backlash."""
         return float(np.sqrt(self.covariance[2, 2]))
 
+    @property
+    def stop_std_rad(self) -> float:
+        """Standard deviation of where a single stroke ends, as a prediction does not know it."""
+        middle, backlash = np.sqrt(self.covariance[[0, 2], [0, 2]])
+        scatter = [middle, 0.5 * backlash, self._single_std_rad]
+        return float(np.linalg.norm(scatter))
+
+    @property
+    def _single_std_rad(self) -> float:
+        """Of a single arrival about the line: by scatter, and because places lie off the line."""
+        variance = student_t_factor(self.repeats) * self.repeatability_rad**2
+        variance += student_t_factor(self.places - 2) * self.nonlinearity_rad**2
+        return float(np.sqrt(variance))
+
     def std_rad(self, pulse_us: float) -> float:
         """Standard deviation of where it comes to rest on average of both directions."""
         # Gradient by middle, slope and backlash; on average of both directions the backlash drops out.
@@ -299,8 +313,7 @@ def _difference(servo_map: ServoMap, setting: ServoSetting, start: _Rest, end: _
     change = np.array([0.0, end_us - start_us, (start.direction - end.direction) / 2])
     variance = float(change @ servo_map.covariance @ change)
     # Both ends scatter, and both lie off the straight line.
-    variance += 2 * student_t_factor(servo_map.repeats) * servo_map.repeatability_rad**2
-    variance += 2 * student_t_factor(servo_map.places - 2) * servo_map.nonlinearity_rad**2
+    variance += 2 * servo_map._single_std_rad**2
     # The side of the first arrival is unknown: half the backlash counts as a deviation.
     if start.direction == 0:
         variance += (servo_map.backlash_rad / 2) ** 2

@@ -20,11 +20,12 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.plan.error_sources import error_sources
 from tfsat_host.plan.grid import OrbitError
 from tfsat_host.plan.orbit.orbit_planner import Chain, Planner, backwards, remainder
 from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable
 from tfsat_host.plan.orbit.stroke_history import fly_history, stroke_history
-from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.plan.study import Study
 from tfsat_host.robot import RobotModel, Uncertainty
 
