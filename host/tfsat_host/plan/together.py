@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,13 +25,15 @@ from tfsat_host.plan.parameters import PlannedStroke
 from tfsat_host.plan.problem import GRID_S, Problem
 from tfsat_host.plan.tower_room import TowerRoom
 from tfsat_host.units import CDEG_PER_DEG
+from tfsat_host.worker_processes import SerialExecutor
 
 Worth = Callable[[FloatArray], FloatArray]
 """(b,) what candidates (3, d, b) are worth, rad; in place of their reorientation."""
 
 # Four independent searches: one of them ended at a lower summit in a third of all seeds.
 ISLANDS = 4
-_GENERATIONS, _MEMBERS_A_NUMBER, _CROSSOVER = 70, 10, 0.7
+# Generations of an island, and how many members it has for each number of a candidate.
+_GENERATIONS, _MEMBERS_A_NUMBER = 70, 10
 # Beyond the tower's limits a mm costs more than it gains anywhere.
 _PENALTY_RAD_MM = math.radians(2.0)
 # Instants of a flight at which the tower's limits are looked at, beside those at which a servo's acceleration changes.
@@ -123,6 +126,7 @@ class OverlappingStrokes:
         seed: int,
         starts: Iterable[FloatArray] = (),
         progress: Callable[[float], None] = lambda _done: None,
+        pool: Executor | None = None,
     ) -> list[FloatArray]:
         """Find points (3 d,) of the unit box where the reorientation is at a maximum, best first.
 
@@ -130,10 +134,15 @@ class OverlappingStrokes:
             seed: Of the evolution's random numbers, from 0: the same summits to the last bit.
             starts: Points of the unit box to climb from as well.
             progress: Called with the share of the work that was done.
+            pool: Searches the islands; None: this process does.
         """
+        # The pool is at work on the islands while this process climbs from the given points.
+        islands = (pool or SerialExecutor()).map(
+            self._search_island, np.random.SeedSequence(seed).spawn(ISLANDS)
+        )
         climbed = [self.climb(start) for start in starts]
-        for island in np.random.SeedSequence(seed).spawn(ISLANDS):
-            climbed.append(self.climb(self._evolve(np.random.default_rng(island))))
+        for summit in islands:
+            climbed.append(summit)
             progress(1.0 / ISLANDS)
         losses = self._loss(self.candidates(np.column_stack(climbed)), instants=INSTANTS)
         return [climbed[number] for number in np.argsort(losses, kind="stable")]
@@ -144,26 +153,21 @@ class OverlappingStrokes:
         value = np.linalg.norm(turned, axis=0) if worth is None else worth(candidates)
         return np.asarray(_PENALTY_RAD_MM * np.maximum(0.0, -room_mm.min(axis=0)) - value)
 
-    def _evolve(self, rng: np.random.Generator) -> FloatArray:
-        """Return the best point (3 d,) after a differential evolution (R. Storn, K. Price, 1997: best/1/bin)."""
+    def _search_island(self, seed: np.random.SeedSequence) -> FloatArray:
+        """Return the summit (3 d,) that a differential evolution leads to (R. Storn, K. Price, 1997)."""
         numbers = 3 * len(self.problem.joints)
-        members = rng.random((numbers, _MEMBERS_A_NUMBER * numbers))
-        losses, each = self._loss(self.candidates(members)), np.arange(members.shape[1])
-        for _ in range(_GENERATIONS):
-            one, other = members[:, rng.permutation(each)], members[:, rng.permutation(each)]
-            # Shift the best member by the difference of two others.
-            mutants = members[:, [losses.argmin()]] + rng.uniform(0.5, 1.0) * (one - other)
-            # What leaves the box is drawn anew.
-            outside = (mutants < 0.0) | (mutants > 1.0)
-            mutants = np.where(outside, rng.random(members.shape), mutants)
-            # At least one number comes from the mutant.
-            crossed = rng.random(members.shape) < _CROSSOVER
-            crossed[rng.integers(numbers, size=len(each)), each] = True
-            trials = np.where(crossed, mutants, members)
-            trial_losses = self._loss(self.candidates(trials))
-            members = np.where(trial_losses < losses, trials, members)
-            losses = np.minimum(trial_losses, losses)
-        return np.asarray(members[:, losses.argmin()])
+        evolved = optimize.differential_evolution(
+            lambda unit: self._loss(self.candidates(unit)),  # type: ignore[arg-type,misc]  # stubs: one point
+            optimize.Bounds(np.zeros(numbers), np.ones(numbers)),
+            maxiter=_GENERATIONS,
+            popsize=_MEMBERS_A_NUMBER,
+            tol=0.0,
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+            rng=np.random.default_rng(seed),
+        )
+        return self.climb(evolved.x)
 
     def climb(self, start: FloatArray, worth: Worth | None = None) -> FloatArray:
         """Climb from a point (3 d,) of the unit box to the summit above it, or of what is worth most."""

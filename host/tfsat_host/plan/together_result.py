@@ -20,10 +20,12 @@ from tfsat_host.plan.loops import format_sequence
 from tfsat_host.plan.maneuver_design import Candidate
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.robust import Spread, Uncertain
+from tfsat_host.plan.study import end_at_interrupt, usable_cores
 from tfsat_host.plan.together import OverlappingStrokes
 from tfsat_host.plan.tower_room import TowerRoom
 from tfsat_host.quantity import Column, Columns, Table, columns_of, fields, vector
 from tfsat_host.robot import RobotModel
+from tfsat_host.worker_processes import worker_pool
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,13 +115,14 @@ def propose_together(
         settings = replace(settings, time_limit_s=min(settings.time_limit_s, room.max_moving_s))
     sequential = maneuver_design.design(robot, settings)
     problem = sequential.problem
-    summits = free.summits(settings.seed, progress=lambda share: progress(0.4 * share))
     space, unlimited = free, None
-    # Summits without the tower's limits lead to some of those within.
-    if room is not None:
-        unlimited = _maneuver(free, free.carry_to_grid(summits[0]))
-        space = OverlappingStrokes(problem, room)
-        summits = space.summits(settings.seed, summits, lambda share: progress(0.6 * share))
+    with worker_pool(usable_cores(), end_at_interrupt) as pool:
+        summits = free.summits(settings.seed, (), lambda share: progress(0.4 * share), pool)
+        # Summits without the tower's limits lead to some of those within.
+        if room is not None:
+            unlimited = _maneuver(free, free.carry_to_grid(summits[0]))
+            space = OverlappingStrokes(problem, room)
+            summits = space.summits(settings.seed, summits, lambda share: progress(0.6 * share), pool)
     written, optimum = _maneuver(space, space.carry_to_grid(summits[0])), None
     if sequential.robust is not None and robot.uncertainty is not None:
         uncertain = Uncertain(robot, robot.uncertainty)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -107,7 +108,7 @@ def _accuracies(robot: RobotModel, flights: Mapping[int, Flight]) -> dict[str, s
 
 
 def _attitude_error_deg(robot: RobotModel, flight: Flight, stated: Uncertainty) -> float:
-    moves = [move for moves in moves_of(robot, [step.primitive for step in flight.steps]) for move in moves]
+    moves = chain(*moves_of(robot, [step.primitive for step in flight.steps]))
     strokes = [PlannedStroke(move.joint, move.delta_rad, move.start_s) for move in moves]
     plan = Plan.of(robot, strokes, math.radians(JOINT_RATE_DEG_S))
     parameters = Parameters.of(robot, plan)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +54,7 @@ def write_joint_motion(robot: RobotModel, primitives: Sequence[Primitive], path:
     # Round the times as the file has them, so that the angles are those of the written instants.
     t_s = np.concatenate(times).round(6)
     history = history_from_moves(
-        robot, sum(moves, []), start_rad=np.array([servo.start_rad for servo in robot.servos])
+        robot, [*chain(*moves)], start_rad=np.array([servo.start_rad for servo in robot.servos])
     )
     joints = ",".join(f"theta{joint + 1}_deg" for joint in range(robot.n_joints))
     np.savetxt(

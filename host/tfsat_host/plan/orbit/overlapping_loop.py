@@ -3,7 +3,7 @@
 At zero angular momentum the rotation depends on the path in the space of joint angles, not on speed: strokes that
 overlap cut its corners, and a cycle may begin while the last joint still comes back from the one before. Random cycles
 tell which joints turn the robot fastest about the axis needed, and by how much at a time; a differential evolution
-then looks for the cycle that leads to the target soonest.
+(R. Storn, K. Price, 1997) then looks for the cycle that leads to the target soonest.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ _MAX_CYCLES = 8
 # A period is at most so much longer than the longest way out and back.
 _MAX_PAUSE = 0.3
 _SEED = 1
-_GENERATIONS, _MEMBERS_A_NUMBER, _CROSSOVER = 200, 8, 0.7
+# Of the evolution: generations, and how many members it has for each number of a cycle.
+_GENERATIONS, _MEMBERS_A_NUMBER = 200, 8
 # More than what a loop takes to turn any further about a slow axis, for each degree.
 _PENALTY_S_RAD = 60.0 / np.radians(1.0)
 # The search aims at less than what is allowed: it comes close to its aim, not below it.
@@ -149,7 +150,6 @@ class _Cycles:
             Bounds(np.zeros(numbers), np.ones(numbers)),
             maxiter=_GENERATIONS,
             popsize=_MEMBERS_A_NUMBER,
-            recombination=_CROSSOVER,
             tol=0.0,
             polish=False,
             vectorized=True,
