@@ -127,7 +127,7 @@ evaluation-report: compiler venv  ## evaluate a thousand emulated drops (an hour
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.validation.evaluation_proof
 
 .PHONY: sbc-report
-sbc-report: compiler venv  ## evaluate a thousand drops with all drawn (a quarter of an hour) for docs/simulation-based-calibration.md
+sbc-report: compiler venv  ## evaluate 1200 drops with all drawn (twenty minutes) for docs/simulation-based-calibration.md
 	$(call say,whether every ± of an evaluation is right)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.validation.simulation_based_calibration
 

@@ -118,10 +118,12 @@ def propose_together(
     space, unlimited = free, None
     with worker_pool(usable_cores(), end_at_interrupt) as pool:
         summits = free.summits(settings.seed, (), lambda share: progress(0.4 * share), pool)
-        # Summits without the tower's limits lead to some of those within.
         if room is not None:
             unlimited = _maneuver(free, free.carry_to_grid(summits[0]))
             space = OverlappingStrokes(problem, room)
+            # Summits without the tower's limits, in no more than its time, lead to the best of those within.
+            if problem.time_limit_s < free.problem.time_limit_s:
+                summits = OverlappingStrokes(problem).summits(settings.seed, summits, pool=pool)
             summits = space.summits(settings.seed, summits, lambda share: progress(0.6 * share), pool)
     written, optimum = _maneuver(space, space.carry_to_grid(summits[0])), None
     if sequential.robust is not None and robot.uncertainty is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.history import history_from_moves
 from tfsat_host.dynamics.simulation import timed_moves
 from tfsat_host.maneuver import read_maneuver, schedule_maneuver
-from tfsat_host.plan import together
+from tfsat_host.plan import together, together_result
 from tfsat_host.plan.collisions import least_gap
 from tfsat_host.plan.error_sources import error_sources
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
@@ -46,6 +47,15 @@ def quick_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search that ends near a summit: enough where the maneuver itself does not matter."""
     monkeypatch.setattr(together, "ISLANDS", 1)
     monkeypatch.setattr(together, "_GENERATIONS", 15)
+    # Another process would not know of this.
+    monkeypatch.setattr(together_result, "worker_pool", lambda *_: nullcontext(None))
+
+
+@pytest.mark.prove
+@pytest.mark.parametrize("time_limit_s", [1.55, 1.75, 2.0, 2.5])
+def test_more_time_than_the_tower_leaves_costs_nothing(tfsat_host: RunCli, time_limit_s: float) -> None:
+    result = tfsat_host.json("design", "--together", "--time-limit", time_limit_s)
+    assert result["reorientation_deg"] > 36.88
 
 
 def write_strokes(strokes: list[dict[str, Any]], path: Path) -> Path:
