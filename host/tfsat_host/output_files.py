@@ -7,6 +7,7 @@ nothing else would put there (the line of column names of a CSV, a generator tag
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from tfsat_host.notices import Notices
 from tfsat_host.protocol.limits import BLOCK_MAGIC
 from tfsat_host.whole_file import fill_whole, is_special, new_file_beside
 
+SEAL = b"# SHA-256 of all before this line: "
+"""The marker of a file that a person may edit: a command knows its own only while nobody has."""
 _LOOK_BYTES = 4096
 _IRREPLACEABLE = {
     BLOCK_MAGIC.to_bytes(4, "little"): "a recording of the logger",
@@ -43,6 +46,12 @@ class OutputFile:
     marker: bytes
     write: Callable[[Path], object]
     option: str = "--out"
+
+
+def sealed_file(path: Path, text: str) -> OutputFile:
+    """Return a text file with a last line, a comment, by which `SEAL` knows whether it was changed."""
+    contents = text.encode()
+    return OutputFile(path, SEAL, lambda place: place.write_bytes(contents + _seal_line(contents)))
 
 
 def write_all(files: list[OutputFile], *, force: bool) -> None:
@@ -103,8 +112,13 @@ def check_may_write(
         raise _refusal(f"{folder} is a file, not a folder.", f"Name another place with {option}.")
     try:
         if path.exists() and not force and not was_made_with(path, marker):
+            known = (
+                "is not, or no longer, what this command made"
+                if marker == SEAL
+                else "was not made by this command"
+            )
             raise TfsatError(
-                what=f"{path} exists and was not made by this command.",
+                what=f"{path} exists and {known}.",
                 meaning="Nothing was overwritten.",
                 next_step=f"Name another place with {option}, or add --force to overwrite it.",
             )
@@ -154,4 +168,16 @@ def was_made_with(path: Path, marker: bytes) -> bool:
         start = file.read(_LOOK_BYTES)
         # Look at both ends: a CSV begins with its mark, an archive ends with it.
         file.seek(max(file.seek(0, os.SEEK_END) - _LOOK_BYTES, 0))
-        return marker in start or marker in file.read(_LOOK_BYTES)
+        if marker not in start and marker not in file.read(_LOOK_BYTES):
+            return False
+        file.seek(0)
+        return marker != SEAL or _is_unchanged(file.read())
+
+
+def _is_unchanged(contents: bytes) -> bool:
+    text, _, _ = contents.rpartition(SEAL)
+    return contents == text + _seal_line(text)
+
+
+def _seal_line(contents: bytes) -> bytes:
+    return SEAL + hashlib.sha256(contents).hexdigest().encode() + b"\n"

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.cli.process import RunCli
 from tests.fixtures.emulated_drop import DESIGNED_TOGETHER, Act, Drop, drop
-from tfsat_host.calibration.certificate.file import format_calibration
+from tfsat_host.calibration.certificate.file import certificate_values, format_calibration, read_calibration
 from tfsat_host.calibration.servos.dynamics_fit import fit_dynamics, with_servos
 from tfsat_host.dynamics.simulation import fly
 from tfsat_host.emulated.emulated_certificate import careful_certificate
@@ -231,6 +231,19 @@ def test_what_a_servo_map_says_of_strokes_takes_the_place_of_the_robot_file(tfsa
     play_deg = math.degrees(certificate.servo_maps[0].backlash_rad)
     assert ends["stroke 1 end (joint 1)"] == pytest.approx(59.0 - 0.5 * play_deg)
     assert ends["stroke 3 end (joint 1)"] == pytest.approx(0.5 * play_deg)
+
+
+def test_a_rehearsal_s_certificate_keeps_what_no_recording_tells(tfsat_host: RunCli, recording: Path) -> None:
+    own = tfsat_host.folder / "own.toml"
+    own.write_text(format_calibration(careful_certificate(load_robot(), draw(3), 3, BEGAN)))
+    certificate = read_calibration(own)
+    tfsat_host("calibrate", "servo", "--log", recording, "--out", own)
+    learnt = read_calibration(own)
+    assert len(learnt.servo_dynamics) == 6 and learnt.simulated_quantities == certificate.simulated_quantities
+    before, after = map(certificate_values, (certificate, learnt))
+    assert {key for key in before if before[key] != after[key]} <= {
+        "servo_dynamics", "recordings", "written", "logger_image", "tool_version", "protocol_hash"
+    }  # fmt: skip
 
 
 def built(seed: int, filed: RobotModel) -> Truth:

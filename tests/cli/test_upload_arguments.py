@@ -40,6 +40,16 @@ def test_a_rounded_angle_is_said_on_stderr_and_in_json(tfsat_host: RunCli) -> No
     assert len(notices) == 2
 
 
+def test_what_does_not_fit_the_drop_tower_is_said(tfsat_host: RunCli) -> None:
+    process = tfsat_host("upload-sequence", 59, 90, "--dry-run")
+    assert "The check stroke-time failed: Joints move for 1.753 s" in process.stderr
+    assert "DOES NOT FIT COSMOTORRE" in process.stdout and "but see the warning" in process.stdout
+    assert (
+        "FITS COSMOTORRE: 11 of 11 checks passed."
+        in tfsat_host("upload-sequence", 59, 70, "--dry-run").stdout
+    )
+
+
 ROW = "[[strokes]]\njoint = {}\nangle_deg = {}\nt_s = {}\n"
 
 

@@ -114,6 +114,17 @@ def test_the_environment_names_both_ports(native: Served, tfsat_host: RunCli) ->
     assert set(tfsat_host.json("status", environ=environ)) == {"sequencer", "logger"}
 
 
+def test_commands_find_its_ports_and_ports_lists_them(native: Served, tfsat_host: RunCli) -> None:
+    listed = {row["board"]: row["port"] for row in tfsat_host.json("ports")["ports"] if row["board"]}
+    assert listed == {board: native.announced[board] for board in ("sequencer", "logger")}
+    assert "emulated robot" in tfsat_host("ports").stdout
+    assert set(tfsat_host.json("status")) == {"sequencer", "logger"}
+    # A pulled cable has no port.
+    native.control("cable logger pull")
+    assert "No logger found" in tfsat_host("record", "start", expect=1).stderr
+    native.control("cable logger plug")
+
+
 def test_a_second_server_is_refused_and_the_first_goes_on(native: Served, tfsat_host: RunCli) -> None:
     refused = tfsat_host("emulate", expect=1)
     assert f"process {native.process.pid}" in refused.stderr
@@ -242,8 +253,7 @@ def test_without_standard_input_it_runs_until_its_time_is_over(tfsat_host: RunCl
         check=False,
     )
     assert process.returncode == 0, process.stderr
-    assert "--port robot/sequencer" in process.stdout
-    assert "TFSAT_LOGGER_PORT=" in process.stdout
+    assert "upload-sequence 59 70" in process.stdout
 
 
 def test_a_running_card_file_is_never_written_over_a_file_of_the_user(native: Served) -> None:

@@ -10,9 +10,9 @@ from tfsat_host.cli.design_studies import show_grid, show_learning
 from tfsat_host.cli.usage import OUTPUT, ROBOT, add_options, number, seed, whole_number
 from tfsat_host.errors import UsageError
 from tfsat_host.exit_code import ExitCode
-from tfsat_host.maneuver import write_maneuver
+from tfsat_host.maneuver import format_maneuver
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.output_files import OutputFile, check_may_write, write_all
+from tfsat_host.output_files import SEAL, check_may_write, sealed_file, write_all
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import sentences, show_facts, show_table
 from tfsat_host.quantity import Columns, Table, record
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from tfsat_host.plan.problem import DesignSettings
 
 _DEFAULT_FILE = Path("maneuver.toml")
-_MARKER = b'name = "designed: '
 
 
 _USAGE = f"""
@@ -86,7 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             meaning="Nothing was designed.",
             next_step=Advice(NextStep("design", ("--together",))),
         )
-    check_may_write(path, marker=_MARKER, force=args.force)
+    check_may_write(path, marker=SEAL, force=args.force)
     robot = load_robot(args.robot)
 
     from tfsat_host.plan import design_result, together_result
@@ -109,9 +108,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             checked, cautions = proposal.checked, design_result.warnings(proposal)
             closing = design_result.conclusions(proposal, robot_option)
             shown = design_result.PROPOSAL, proposal, design_result.candidate_table(proposal)
-    write_all(
-        [OutputFile(path, _MARKER, lambda place: write_maneuver(checked.maneuver, place))], force=args.force
-    )
+    write_all([sealed_file(path, format_maneuver(checked.maneuver))], force=args.force)
     out.warn_each(() if args.json else cautions)
 
     def show_proposal() -> None:

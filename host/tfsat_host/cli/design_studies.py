@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.errors import UsageError
-from tfsat_host.maneuver import write_maneuver
+from tfsat_host.maneuver import format_maneuver
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.output_files import OutputFile, check_may_write, write_all
+from tfsat_host.output_files import SEAL, check_may_write, sealed_file, write_all
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import sentences, show_facts, show_rows, show_table
 from tfsat_host.quantity import Column, Columns, fields, record
@@ -103,7 +103,6 @@ def _check_options(args: argparse.Namespace) -> None:
         raise UsageError(what=what, meaning="Nothing was computed.", next_step=cure)
 
 
-_MARKER = b'name = "to learn: '
 _USELESS = (
     "joints time-limit speed limit robust penalty seed particles iterations inertia own-best best-of-all "
     "together"
@@ -129,16 +128,16 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
         )
     second = path.with_name(f"{path.stem}-2{path.suffix}")
     for target in (path, second):
-        check_may_write(target, marker=_MARKER, force=args.force)
+        check_may_write(target, marker=SEAL, force=args.force)
     robot = load_robot(args.robot)
     with out.progress("Flying and evaluating maneuvers", total=1.0) as advance:
         search = learn(robot, args.learn, advance)
     best = search.lessons[0]
     # The member of the best pair that is not the best single maneuver.
     other = next((lesson for lesson in search.pair if lesson is not best), best)
-    files = [OutputFile(path, _MARKER, lambda place: write_maneuver(best.maneuver, place))]
+    files = [sealed_file(path, format_maneuver(best.maneuver))]
     if other is not best:
-        files.append(OutputFile(second, _MARKER, lambda place: write_maneuver(other.maneuver, place)))
+        files.append(sealed_file(second, format_maneuver(other.maneuver)))
     write_all(files, force=args.force)
     result = _LearningResult(search, [file.path for file in files])
 

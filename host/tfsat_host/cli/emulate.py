@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import shlex
 import sys
 from functools import partial
 from pathlib import Path
@@ -16,6 +15,7 @@ from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
+from tfsat_host.served_robots import announced
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.emulated_robot import EmulatedRobot
@@ -64,6 +64,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         stack.callback(server.close)
         control = ControlSocket(folder.control, server)
         stack.callback(control.close)
+        stack.enter_context(announced(folder.path))
         # In order, even if the shell had them ignored.
         stack.enter_context(handle_signals(SIGNALS, lambda *_: server.stop()))
         _announce(args, folder, out)
@@ -109,11 +110,8 @@ def _announce(args: argparse.Namespace, folder: ServedFolder, out: Output) -> No
   sequencer  {folder.sequencer} ({kind})
   logger     {folder.logger}
   control    {folder.control}; or type here: help
-In another terminal, name a port:
-  {NextStep("upload-sequence", ("59", "70", "--port", str(folder.sequencer)))}
-or both for all commands:
-  export TFSAT_SEQUENCER_PORT={shlex.quote(str(data["sequencer"]))}
-  export TFSAT_LOGGER_PORT={shlex.quote(str(data["logger"]))}
+In another terminal, while no board is plugged in:
+  {NextStep("upload-sequence", ("59", "70"))}
 Ctrl-C ends it."""
     out.result({**data, "image": args.sequencer, "seed": args.seed, "as_built": args.as_built}, text)
     sys.stdout.flush()
@@ -123,5 +121,6 @@ def _reply(out: Output, reply: str) -> None:
     if out.json_mode:
         out.note(reply)
     else:
-        out.line(reply)
+        # Commands one a line; no other reply has any.
+        out.line(reply.replace(" | ", "\n"))
         sys.stdout.flush()

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from tfsat_host.cli import maneuver_argument, stroke_errors
 from tfsat_host.cli.boards import offering_emulated, open_sequencer
@@ -34,7 +34,8 @@ class UploadedSequence:
     Attributes:
         schedule: Its strokes and their times.
         notices: What a person should know of it; sentences.
-        doubtful: A stroke is faster than its servo.
+        doubtful: A stroke is faster than its servo, or the maneuver does not fit the drop tower.
+        tower: Whether it does, in a line.
         device: The board that has it; None: a dry run.
         upload: What the board has stored; None: a dry run.
         expected: Errors of the strokes, as far as the joints have servo maps.
@@ -43,6 +44,7 @@ class UploadedSequence:
     schedule: Schedule
     notices: Sequence[str]
     doubtful: bool
+    tower: str
     device: Device | None = None
     upload: Upload[StoredManeuver] | None = None
     expected: tuple[StrokeError, ...] = ()
@@ -85,13 +87,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
     schedule = maneuver_argument.schedule_from(args, maneuver)
     too_fast = servo_speed_notices(schedule)
     servos, unknown = stroke_errors.find_servo_maps(args)
-    notices = [*schedule.notices, *too_fast, *unknown]
+    tower = _check_in_tower(maneuver)
+    notices = [*schedule.notices, *too_fast, *tower.doubts, *unknown]
     out.warn_each(notices)
     if args.out is not None:
         refuse_existing(args.out, force=args.force)
         write_maneuver(maneuver, args.out)
         out.note(f"Written: {args.out}")
-    result = UploadedSequence(schedule, notices, doubtful=bool(too_fast))
+    result = UploadedSequence(schedule, notices, doubtful=bool(too_fast or tower.doubts), tower=tower.verdict)
     if not args.dry_run:
         device, upload, settings = _upload(maneuver, schedule, args, out)
         _warn_of_other_file(schedule, args, out)
@@ -106,6 +109,25 @@ def run(args: argparse.Namespace, out: Output) -> int:
         )
     out.result(record(_DRY_RUN if args.dry_run else _UPLOADED, result), lambda: _show(result, out))
     return 0
+
+
+class _InTower(NamedTuple):
+    """A verdict in a line, and a sentence for each check of the drop tower that failed."""
+
+    verdict: str
+    doubts: list[str]
+
+
+def _check_in_tower(maneuver: Maneuver) -> _InTower:
+    """Run the checks of `envelope` and `design`; a maneuver that does not pass them may be uploaded all the same."""
+    from tfsat_host.plan.checked_maneuver import check_design
+    from tfsat_host.robot import load_robot
+
+    checked = check_design(load_robot(), maneuver, Path(MANEUVER))
+    doubts = [f"The check {check.name} failed: {check.sentence}" for check in checked.failed]
+    if checked.collision:
+        doubts.append(checked.collision)
+    return _InTower("" if checked.tower is None else checked.tower.verdict, doubts)
 
 
 def _upload(
@@ -164,6 +186,8 @@ def _show(result: UploadedSequence, out: Output) -> None:
     at_once = schedule.moving_at_once
     together = f", up to {at_once} joints at once (servo settings: moving_at_once)" if at_once > 1 else ""
     out.line(f"Ends {schedule.end_s:.2f} s after release, at {schedule.speed_deg_s:g} deg/s{together}.")
+    if result.tower:
+        out.line(f"{result.tower}.")
     if result.device is None or result.upload is None:
         verdict = "all checks passed, but see the warning" if result.doubtful else "all checks passed"
         out.line(f"Dry run: {verdict}; nothing was sent.")

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Literal
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.served_robots import served_folders
 
 if TYPE_CHECKING:
     import serial
@@ -66,13 +67,18 @@ class PortError(TfsatError):
 
 @dataclass(frozen=True, slots=True)
 class PortInfo:
-    """A serial port of this computer, as the operating system describes it."""
+    """A serial port of this computer, as the operating system describes it, or one of an emulated robot.
+
+    Attributes:
+        emulated: Which board of a served robot is there; None: what it is, its USB ids tell.
+    """
 
     device: str
     vid: int | None = None
     pid: int | None = None
     serial_number: str | None = None
     description: str | None = None
+    emulated: BoardName | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,16 +109,26 @@ def port_variable(board: BoardName) -> str:
 
 def identify(port: PortInfo) -> Identity | None:
     """Identify the board by the port's USB ids; None if it is none of ours."""
+    if port.emulated is not None:
+        return Identity(port.emulated, "sketch")
     if port.vid is None or port.pid is None:
         return None
     return _USB_IDS.get((port.vid, port.pid))
 
 
 def system_ports() -> list[PortInfo]:
-    """List the serial ports of this computer."""
+    """List the serial ports of this computer, and those of emulated robots that are served on it."""
     from serial.tools.list_ports import comports
 
-    return [PortInfo(p.device, p.vid, p.pid, p.serial_number, p.description) for p in comports()]
+    found = [PortInfo(p.device, p.vid, p.pid, p.serial_number, p.description) for p in comports()]
+    served = [
+        PortInfo(str(folder / board), description="emulated robot", emulated=board)
+        for folder in served_folders()
+        for board in BOARDS
+        # There is no link while the cable is pulled.
+        if (folder / board).exists()
+    ]
+    return found + served
 
 
 def find_port(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 import re
 import stat
@@ -18,6 +17,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_lock import BusyError, one_at_a_time
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.served_robots import HOLDER, is_served
 from tfsat_host.user_folders import state_folder
 from tfsat_host.whole_file import write_whole
 
@@ -185,7 +185,6 @@ def kept_robot(
 
 
 _CONTROL = "control"
-_HOLDER = "emulate.pid"
 _LOCK_TIMEOUT_S = 0.03
 
 
@@ -230,7 +229,7 @@ class ServedFolder:
 
     def _claim(self) -> None:
         """Lock the folder's holder file, which names this process. The lock ends with the process."""
-        holder = self.path / _HOLDER
+        holder = self.path / HOLDER
         try:
             # More than one try: `served_by_dead_process` elsewhere may be looking at this instant.
             lock = one_at_a_time(holder, f"the folder {self.path}", patience_s=_LOCK_TIMEOUT_S)
@@ -270,7 +269,7 @@ def being_started(port: Path) -> bool:
 
     A robot that serves has a control socket; a port missing then has its cable pulled.
     """
-    return not (port.parent / _CONTROL).exists() and _is_held(port.parent)
+    return not (port.parent / _CONTROL).exists() and is_served(port.parent)
 
 
 def served_by_dead_process(port: Path) -> bool:
@@ -280,23 +279,7 @@ def served_by_dead_process(port: Path) -> bool:
     for anything else, including a real board's port.
     """
     try:
-        ours = stat.S_ISLNK(port.lstat().st_mode) and (port.parent / _HOLDER).exists()
+        ours = stat.S_ISLNK(port.lstat().st_mode) and (port.parent / HOLDER).exists()
     except OSError:
         return False
-    return ours and not _is_held(port.parent)
-
-
-def _is_held(folder: Path) -> bool:
-    """Return whether a live process serves the folder."""
-    try:
-        holder = os.open(folder / _HOLDER, os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
-        return False
-    try:
-        # A shared lock disturbs no other onlooker, and fails only while the holder has its exclusive one.
-        fcntl.flock(holder, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except OSError:  # held; or a file system without locks, which cannot tell
-        return True
-    finally:
-        os.close(holder)
-    return False
+    return ours and not is_served(port.parent)

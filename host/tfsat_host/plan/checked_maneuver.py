@@ -30,7 +30,7 @@ class CheckedManeuver:
         refusal: Why it would.
         tower: Against the drop tower; None without a schedule or without outlines.
         notices: What else a person should know.
-        collides: Whether two bodies strike one another on the way.
+        collision: Which bodies strike one another on the way, a sentence; empty: none do.
     """
 
     robot: RobotModel
@@ -40,7 +40,7 @@ class CheckedManeuver:
     refusal: str = ""
     tower: TowerReport | None = None
     notices: tuple[str, ...] = ()
-    collides: bool = False
+    collision: str = ""
 
     @property
     def failed(self) -> list[Check]:
@@ -50,7 +50,7 @@ class CheckedManeuver:
     @property
     def may_fly(self) -> bool:
         """Whether nothing that was checked speaks against a flight."""
-        return not (self.failed or self.collides)
+        return not (self.failed or self.collision)
 
 
 def check_design(robot: RobotModel, maneuver: Maneuver, path: Path) -> CheckedManeuver:
@@ -82,7 +82,7 @@ def check_design(robot: RobotModel, maneuver: Maneuver, path: Path) -> CheckedMa
         f"{' and '.join(gap.bodies)} collide {envelope.t_s[gap.instant]:.2f} s after release: their boxes in "
         f"{robot.path.name} overlap by {-gap.gap_mm:.1f} mm."
     )
-    return replace(checked, notices=(*checked.notices, collision), collides=True)
+    return replace(checked, notices=(*checked.notices, collision), collision=collision)
 
 
 def _format_file(checked: CheckedManeuver) -> str:

@@ -150,11 +150,15 @@ def test_somebody_elses_file_stays(tfsat_host: RunCli) -> None:
     file = tfsat_host.folder / "maneuver.toml"
     file.write_text("mine")
     process = tfsat_host("design", expect=1)
-    assert "was not made by this command" in process.stderr
+    assert "is not, or no longer, what this command made" in process.stderr
     assert file.read_text() == "mine"
     tfsat_host("design", "--force")
     tfsat_host("design")  # over its own
-    assert file.read_text() != "mine"
+    designed = file.read_text()
+    edited = designed.replace("angle_deg = -", "angle_deg = -0", 1)
+    file.write_text(edited)
+    assert "is not, or no longer" in tfsat_host("design", expect=1).stderr
+    assert file.read_text() == edited
 
 
 @pytest.mark.parametrize(

@@ -201,19 +201,31 @@ class Campaign:
         return calibration
 
     def _make_certificate(self, solution: Solution, recordings: _Recordings) -> Calibration:
-        before = self.calibration
-        return Calibration(
+        before, used = self.calibration, solution.used_evidence
+        made = Calibration(
             subject=self._subject,
             gyros=solution.gyros,
             joints=solution.joints,
             servo_maps=solution.servo_maps(self._model),
             servo_dynamics=solution.servo_dynamics(self._model),
-            recordings=tuple(
-                recordings[evidence.step.key, evidence.recorded_at] for evidence in solution.used_evidence
-            ),
+            recordings=tuple(recordings[evidence.step.key, evidence.recorded_at] for evidence in used),
             landings=() if before is None else before.landings,
             written=datetime.now(UTC),
-            logger_image=_image_in(max(solution.used_evidence, key=lambda evidence: evidence.recorded_at)),
+            logger_image=_image_in(max(used, key=lambda evidence: evidence.recorded_at)),
+        )
+        simulated = () if before is None else before.simulated_quantities
+        if before is None or not simulated or not {entry.step.kind for entry in used} <= _BESIDE_SIMULATED:
+            return made
+        # No recording tells what a rehearsal simulated: it stays where nothing was measured.
+        kept = with_measured(before, used, self._model)
+        measured, servos = measured_by(used), tuple((entry, kept.joints) for entry, _ in solution.servos)
+        return replace(
+            made,
+            gyros=kept.gyros,
+            joints=kept.joints,
+            servo_maps=kept.servo_maps,
+            servo_dynamics=replace(solution, servos=servos).servo_dynamics(self._model),
+            simulated_quantities=tuple(name for name in simulated if name not in measured),
         )
 
 
@@ -305,6 +317,8 @@ def _of_another(certificate: Path, there: Subject, here: Subject) -> Calibration
 
 _TELLS = {StepKind.REST: "bias", StepKind.ZERO: "zero"}
 """What takes the place of what was drawn; motions are not rehearsed."""
+_BESIDE_SIMULATED = {*_TELLS, StepKind.STROKES}
+"""Recordings of other kinds begin a certificate of their own."""
 
 
 def with_measured(calibration: Calibration, evidence: Sequence[Evidence], model: RobotModel) -> Calibration:
