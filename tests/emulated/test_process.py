@@ -119,6 +119,8 @@ def test_commands_find_its_ports_and_ports_lists_them(native: Served, tfsat_host
     assert listed == {board: native.announced[board] for board in ("sequencer", "logger")}
     assert "emulated robot" in tfsat_host("ports").stdout
     assert set(tfsat_host.json("status")) == {"sequencer", "logger"}
+    assert "No sequencer is plugged in: this is the emulated robot in" in tfsat_host("status").stderr
+    assert "plugged in" not in tfsat_host("status", "--port", native.sequencer).stderr
     # A pulled cable has no port.
     native.control("cable logger pull")
     assert "No logger found" in tfsat_host("record", "start", expect=1).stderr

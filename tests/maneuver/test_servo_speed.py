@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -64,13 +62,3 @@ def test_the_command_warns_and_does_not_say_that_it_may_fly(tfsat_host: RunCli) 
     assert "above the greatest rate of the servos" in process.stderr
     assert "may fly" not in process.stdout
     assert tfsat_host.json("upload-sequence", 59, 70, "--speed", 400, "--dry-run")["notices"]
-
-
-def test_an_upload_does_not_wait_for_numpy(tmp_path: Path) -> None:
-    # In a process of its own: here numpy is loaded already.
-    code = (
-        "import sys; from tfsat_host.cli.main import main; "
-        "main(['upload-sequence', '59', '70', '--speed', '400', '--dry-run', '--json']); "
-        "sys.exit('numpy' in sys.modules)"
-    )
-    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, capture_output=True)

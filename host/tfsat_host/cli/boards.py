@@ -32,6 +32,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import LoggerStatusReply
+from tfsat_host.served_robots import served_folders
 from tfsat_host.servo_settings import ServoSettings, find_misfit
 
 if TYPE_CHECKING:
@@ -208,6 +209,9 @@ def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTran
     """
     path = find_port(board, explicit)
     _refuse_a_dead_link(path)
+    # Found, not named: whoever believes that a real board is plugged in is to see that it is not.
+    if explicit is None and port_variable(board) not in os.environ and Path(path).parent in served_folders():
+        out.note(f"No {board} is plugged in: this is the emulated robot in {Path(path).parent}.")
     announced = False
     while True:
         try:
@@ -302,7 +306,7 @@ def places(args: argparse.Namespace, out: Output, stack: ExitStack) -> list[Plac
         Place(
             board,
             f"{port_variable(board)}={named[board]}" if named[board] else "The port that was found",
-            partial(_find_and_open, board),
+            partial(open_port, board, None, out),
         )
         for board in BOARDS
     ]
@@ -310,7 +314,3 @@ def places(args: argparse.Namespace, out: Output, stack: ExitStack) -> list[Plac
 
 def _same(transport: Transport) -> Transport:
     return transport
-
-
-def _find_and_open(board: BoardName) -> Transport:
-    return SerialTransport(find_port(board))
