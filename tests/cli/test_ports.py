@@ -19,6 +19,7 @@ from tfsat_host.cli import ports
 from tfsat_host.cli.boards import open_port
 from tfsat_host.cli.main import main
 from tfsat_host.devices.serial_ports import (
+    BOARDS,
     BoardName,
     PortError,
     PortInfo,
@@ -66,6 +67,29 @@ def test_each_board_is_found_among_others() -> None:
     everything = _list(OTHER, TEENSY, BOOTLOADER, MICRO)
     assert find_port("sequencer", environ={}, list_ports=everything) == MICRO.device
     assert find_port("logger", environ={}, list_ports=everything) == TEENSY.device
+
+
+EMULATED = [PortInfo(f"/robot/{board}", description="emulated robot", emulated=board) for board in BOARDS]
+
+
+def test_a_served_robot_is_found_while_no_board_is_plugged_in() -> None:
+    assert find_port("logger", environ={}, list_ports=_list(OTHER, *EMULATED)) == "/robot/logger"
+    beside_it = {"TFSAT_SEQUENCER_PORT": "/robot/sequencer"}
+    assert find_port("logger", None, beside_it, _list(*EMULATED)) == "/robot/logger"
+
+
+@pytest.mark.parametrize("plugged_in", [MICRO, BOOTLOADER])
+def test_a_served_robot_stands_in_for_no_board_beside_a_real_one(plugged_in: PortInfo) -> None:
+    """Arming asks the logger whether it records: the emulated one's answer would be about no drop."""
+    error = _problem("logger", plugged_in, *EMULATED)
+    assert error.code == PortProblem.NONE_FOUND
+    assert "/robot/logger" in error.what
+
+
+def test_a_served_robot_stands_in_for_no_board_beside_one_that_the_environment_names() -> None:
+    with pytest.raises(PortError) as caught:
+        find_port("logger", None, {"TFSAT_SEQUENCER_PORT": "/dev/serial0"}, _list(*EMULATED))
+    assert caught.value.code == PortProblem.NONE_FOUND
 
 
 def test_several_candidates_are_listed_and_none_is_chosen() -> None:

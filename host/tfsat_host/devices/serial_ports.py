@@ -152,11 +152,17 @@ def find_port(
         _LOG.debug("%s: port %s, as named", board, explicit)
         return explicit
     variable = port_variable(board)
-    if named := (os.environ if environ is None else environ).get(variable):
+    variables = os.environ if environ is None else environ
+    if named := variables.get(variable):
         _LOG.debug("%s: port %s, by %s", board, named, variable)
         return named
     ports = list(list_ports())
     candidates = [port for port in ports if identify(port) == Identity(board, "sketch")]
+    # Next to a real board an emulated one answers for nothing: it would vouch for a recording that no drop gets.
+    beside = [name for other in BOARDS if (name := variables.get(port_variable(other)))]
+    if any(identify(port) for port in ports if port.emulated is None):
+        candidates = [port for port in candidates if port.emulated is None]
+    candidates = [port for port in candidates if port.emulated is None or _same_folder(port.device, beside)]
     _LOG.debug("%s: %d of %d ports look like it", board, len(candidates), len(ports))
     if len(candidates) == 1:
         return candidates[0].device
@@ -190,6 +196,13 @@ def find_port(
             NextStep("ports"),
             " lists them.",
         ),
+    )
+
+
+def _same_folder(port: str, named: Iterable[str]) -> bool:
+    """Return whether every named port lies in the folder of this one."""
+    return all(
+        os.path.realpath(os.path.dirname(name)) == os.path.realpath(os.path.dirname(port)) for name in named
     )
 
 
