@@ -37,6 +37,7 @@ SCENARIOS: dict[str, tuple[str, ...]] = {
         "disarm --emulated --json",
         "jog --joint 1 --from 0 --to 5 --emulated --yes --json",
         "monitor --for 0.2 --emulated --json",
+        "acceptance --list-faults --json",
         "flash sequencer --hex missing.hex --json",
         "status --port /dev/does-not-exist --json",
         "completion bash --json",

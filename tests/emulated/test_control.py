@@ -188,7 +188,7 @@ def test_it_stops_by_itself(server: RobotServer) -> None:
         ("fault", "Write: fault none|imu"),
         (
             "fault me",
-            "no command 'fault me'. none, imu, battery, bus, angle, servo, switch, bounce, card, clock",
+            "no command 'fault me'. none, imu, battery, bus, angle, servo, switch, wire, bounce, card, clock",
         ),
         ("fault imu", "Write: fault imu BODY dead|frozen|saturated|glitch|swapped|none"),
         ("fault imu 5 dead", "no body 5"),

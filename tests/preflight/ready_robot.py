@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from tests.calibration.some_calibration import servo_map
+from tfsat_host.acceptance.record import Acceptance, AcceptedBoard, StepResult, write_acceptance
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.certificate.file import format_calibration
 from tfsat_host.cli.main import main
@@ -26,6 +27,7 @@ from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import format_maneuver, four_stroke, schedule_maneuver
+from tfsat_host.preflight.preflight_check import go
 
 SEED = 4
 TRUTH = draw_as_built(SEED)
@@ -64,6 +66,12 @@ class ReadyRobot:
         """Another certificate in the run's folder."""
         self.calibration = calibration
         (self.folder / CERTIFICATE).write_text(format_calibration(calibration), encoding="utf-8")
+
+    def accept(self, *steps: StepResult, file: str = "acceptance-emulated.json") -> None:
+        """Write an acceptance of these boards, with one step that is due."""
+        sequencer, logger = (AcceptedBoard.of(board.identity) for board in (self.sequencer(), self.logger()))
+        done = steps or (StepResult("switches", datetime(2026, 11, 2, tzinfo=UTC), (go("fine"),)),)
+        write_acceptance(Acceptance(True, ("switches",), sequencer, logger, done), self.folder / file)
 
     def preflight(self, *arguments: str, expect: int) -> dict[str, Any]:
         """Runs the command; what it prints as JSON."""

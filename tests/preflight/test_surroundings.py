@@ -88,6 +88,7 @@ def flashed_robot(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> ReadyRo
         return replace(identity, image_crc=images[identity.board])
 
     monkeypatch.setattr(Client, "identify", as_flashed)
+    ready.accept(file="acceptance.json")
     subject = replace(ready.calibration.subject, emulated=False)
     ready.certify(replace(ready.calibration, subject=subject))
     return ready
@@ -171,7 +172,7 @@ def test_boards_that_are_not_there_are_said_once_each(ready: ReadyRobot) -> None
     assert f"{CERTIFICATE} is that of an emulated robot." in text
     verdict, last = (line for line in output.splitlines() if line.startswith("NO-GO:"))
     assert (
-        verdict == last == "NO-GO: calibration, protocol, pause, duration, envelope (0 of 27 checks passed)"
+        verdict == last == "NO-GO: calibration, protocol, pause, duration, envelope (0 of 28 checks passed)"
     )
     assert output.count("The joint speed is") == 1 and len(output.splitlines()) <= 40
     assert main(["preflight", str(ready.folder), "--full"]) == 4

@@ -22,6 +22,7 @@ _COMMANDS = {
         "jog --joint 1 --from 0 --to 20": "move one joint slowly, for calibration, then let it go",
     },
     "the sensors": {
+        "acceptance --emulated": "find what is wired wrongly, by name and pin, on the first day",
         "calibrate misalignment --joint 1": "measure biases, zero points, misalignments, scales, servos",
     },
     "the drop": {

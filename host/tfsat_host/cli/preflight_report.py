@@ -92,6 +92,7 @@ def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tu
             )
             with out.progress("Reading the sensors, recording onto the card", total=WATCH_S) as advance:
                 evidence = ask_boards(opened, expected, files.calibration, trace, time.time, advance)
+                evidence = replace(evidence, acceptance=files.acceptance(emulated=evidence.runs_natively))
     except (KeyboardInterrupt, Interrupted):
         raise Interrupted(
             what="Interrupted.",

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from tfsat_host.errors import TfsatError
@@ -201,9 +202,7 @@ def find_port(
 
 def _same_folder(port: str, named: Iterable[str]) -> bool:
     """Return whether every named port lies in the folder of this one."""
-    return all(
-        os.path.realpath(os.path.dirname(name)) == os.path.realpath(os.path.dirname(port)) for name in named
-    )
+    return all(Path(name).parent.resolve() == Path(port).parent.resolve() for name in named)
 
 
 def _describe_port(port: PortInfo) -> str:

@@ -28,7 +28,7 @@ MAX_LINE_BYTES = 4096
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
 _DURATION = re.compile(r"(\d+\.?\d*|\.\d+)(us|ms|s)?", re.ASCII)
 _UNITS_S = {"us": 1e-6, "ms": 1e-3, "s": 1.0, None: 1.0}
-_WHOLE = ("BODY", "JOINT", "SENSOR", "CYCLES", "ROUNDS")
+_WHOLE = ("BODY", "JOINT", "SENSOR", "CYCLES", "ROUNDS", "PIN")
 _DECIMAL = ("DEGREES", "PPM", "OHM")
 _MAX_DURATION_S = {
     "DURATION": 3600.0,
@@ -265,6 +265,10 @@ _FAULTS = {
     "servo": _Verb("JOINT dead|slow|reversed|none", lambda server, *fault: server.robot.faults.servo(*fault)),
     "switch": _Verb(
         "1|2 stuck-closed|stuck-open|none", lambda server, *fault: server.robot.faults.switch(*fault)
+    ),
+    "wire": _Verb(
+        "angle|servo|sequencer-switch|logger-switch|stroke-line PIN none|PIN",
+        lambda server, *wire: server.robot.faults.connect(*wire),
     ),
     "bounce": _Verb("none|BOUNCE", lambda server, time_s: server.robot.faults.bounce(_us(time_s))),
     "card": _Verb("none|STALL [EVERY]", _card_fault),

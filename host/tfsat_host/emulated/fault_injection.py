@@ -21,6 +21,10 @@ SwitchFault = Literal["stuck-closed", "stuck-open"]
 """What its wire shows both boards, whatever the releaser does."""
 ClockedBoard = Literal["sequencer", "logger"]
 
+WirePart = Literal["angle", "servo", "sequencer-switch", "logger-switch", "stroke-line"]
+"""Wires of one kind, as api.h numbers them: which source each pin of theirs is connected to."""
+_PINS = (ANGLE_SENSOR_COUNT, JOINT_COUNT, SWITCH_COUNT, SWITCH_COUNT, 1)
+
 BUS_COUNT = IMU_COUNT // IMUS_PER_BUS
 MAX_PPM = 20_000.0
 """A board's clock is off by no more (board_clock.h)."""
@@ -126,6 +130,15 @@ class Faults:
             self._robot, index - 1, _number("switches", kind, get_args(SwitchFault))
         )
 
+    def connect(self, part: WirePart, pin: int, source: int | None) -> None:
+        """Connect a pin to a source of its kind, both numbered from 1, or to nothing (None)."""
+        _require_kind("wires", part, get_args(WirePart))
+        wires = get_args(WirePart).index(part)
+        for number in (pin, source):
+            if number is not None:
+                _require(f"{part} wire", number, _PINS[wires])
+        self._library.tfsat_connect(self._robot, wires, pin - 1, -1 if source is None else source - 1)
+
     def bounce(self, duration_us: int | None) -> None:
         """Set how long both switches' contacts bounce at the next release.
 
@@ -171,6 +184,9 @@ class Faults:
         self.battery(None)
         for index in range(1, SWITCH_COUNT + 1):
             self.switch(index, None)
+        for part, count in zip(get_args(WirePart), _PINS, strict=True):
+            for pin in range(1, count + 1):
+                self.connect(part, pin, pin)
         self.bounce(None)
         self.card_stalls(None)
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -36,7 +37,7 @@ from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState
 from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
 from tfsat_host.protocol.live_sample import LiveSample
-from tfsat_host.sdlog import LogError, load
+from tfsat_host.sdlog import DropLog, LogError, load
 from tfsat_host.units import US_PER_S
 
 WATCH_S = 6.0
@@ -47,6 +48,7 @@ UNREADABLE = "unreadable"
 """A verdict next to the decoder's."""
 
 Advance = Callable[[float], None]
+Read = TypeVar("Read")
 
 
 @dataclass
@@ -189,6 +191,31 @@ def trial_recording(
     trace: Trace,
     meanwhile: Callable[[], LiveSamples | Missing],
 ) -> tuple[Trial | Missing, LiveSamples | Missing]:
+    """Record while `meanwhile` runs and judge what the card kept of it; see `record_and_remove`."""
+    live: LiveSamples | Missing | None = None
+
+    def watch() -> None:
+        nonlocal live
+        live = meanwhile()
+
+    trial: Trial | Missing
+    try:
+        trial = record_and_remove(logger, before, trace, watch, judge_trial)
+    except PortError:
+        raise
+    except TfsatError as error:
+        trial = Failed(f"A recording failed. {error.what} {error.meaning}".strip(), error.next_step)
+    # The recording failed before any live samples: take them now, as other checks need them.
+    return trial, meanwhile() if live is None else live
+
+
+def record_and_remove(
+    logger: LoggerClient,
+    before: msg.LoggerStatusReply,
+    trace: Trace,
+    meanwhile: Callable[[], None],
+    read: Callable[[LoggerClient, msg.RecordStopReply], Read],
+) -> Read:
     """Records while `meanwhile` runs, reads the recording back, and removes it whatever happens.
 
     The logger's clock is left as it is, and its next recording gets the number that it would have got.
@@ -198,62 +225,37 @@ def trial_recording(
         before: Its status.
         trace: Gets what is left.
         meanwhile: What takes the recording's time.
+        read: Given the logger and the end of the recording; what it returns is returned.
 
     Raises:
         NoAnswer, PortError: the link broke; then also the recording may be left.
+        TfsatError: the card refused, or what `meanwhile` and `read` raise.
     """
-    live: LiveSamples | Missing | None = None
-    trial: Trial | Missing
     try:
-        try:
-            logger.start_recording()
-            # Fails where the card takes no block at all, before seconds of samples are waited for.
-            logger.wait_for_card()
-            live = meanwhile()
-            trial = _judge_trial(logger, logger.stop_recording())
-        except PortError:
-            raise
-        except TfsatError as error:
-            trial = Failed(f"A recording failed. {error.what} {error.meaning}".strip(), error.next_step)
+        logger.start_recording()
+        # Fails where the card takes no block at all, before seconds of samples are waited for.
+        logger.wait_for_card()
+        meanwhile()
+        return read(logger, logger.stop_recording())
     finally:
         # Assume the worst first: this stays if the removal itself raises.
-        trace.left = (
-            "A recording of this preflight is still on the logger: the link broke before it was removed."
-        )
+        trace.left = "A recording made for this is still on the logger: the link broke before it was removed."
         trace.left = _remove(logger, before.session)
-    # The recording failed before any live samples: take them now, as other checks need them.
-    return trial, meanwhile() if live is None else live
 
 
-def _judge_trial(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
+def judge_trial(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
     """Fetch the trial recording from the card and assess how much of it was written.
 
     Raises TfsatError: it is not there, or cannot be fetched.
     """
-    entry = _entry_of(logger, stopped.session)
-    if entry is None:
-        raise TfsatError(
-            what="The card's list does not name the recording that was just closed.",
-            meaning="The card forgets what it was given.",
-            next_step="Put in another card.",
+    entry = _require_entry(logger, stopped.session)
+    try:
+        log = _load(logger, entry)
+    except LogError:
+        # Nothing can be decoded: every sample and every block counts as lost.
+        return Trial(
+            UNREADABLE, stopped.samples, stopped.samples_dropped, stopped.samples, entry.blocks, ring_blocks=1
         )
-    # Read back from the card: a counterfeit one acknowledges blocks that it does not keep.
-    image = logger.fetch_whole(entry)
-    with tempfile.TemporaryDirectory(prefix="tfsat-preflight-") as folder:
-        file = Path(folder) / "trial.bin"
-        file.write_bytes(image)
-        try:
-            log = load(file)
-        except LogError:
-            # Nothing can be decoded: every sample and every block counts as lost.
-            return Trial(
-                UNREADABLE,
-                stopped.samples,
-                stopped.samples_dropped,
-                stopped.samples,
-                entry.blocks,
-                ring_blocks=1,
-            )
     trial = Trial(
         log.verdict,
         stopped.samples,
@@ -271,6 +273,20 @@ def _judge_trial(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
         ring_peak_blocks=footer.ring_peak_blocks,
         ring_blocks=footer.ring_blocks,
     )
+
+
+def fetch_recording(logger: LoggerClient, stopped: msg.RecordStopReply) -> DropLog:
+    """Fetch a closed recording and decode it. Raises TfsatError: it is not there, or LogError."""
+    return _load(logger, _require_entry(logger, stopped.session))
+
+
+def _load(logger: LoggerClient, entry: msg.LogEntry) -> DropLog:
+    # Read back from the card: a counterfeit one acknowledges blocks that it does not keep.
+    image = logger.fetch_whole(entry)
+    with tempfile.TemporaryDirectory(prefix="tfsat-recording-") as folder:
+        file = Path(folder) / "trial.bin"
+        file.write_bytes(image)
+        return load(file)
 
 
 def _remove(logger: LoggerClient, session_before: int) -> str:
@@ -297,6 +313,17 @@ def _remove(logger: LoggerClient, session_before: int) -> str:
     except TfsatError as error:
         return f"The recording of this preflight is still on the card: {error.what}"
     return ""
+
+
+def _require_entry(logger: LoggerClient, session: int) -> msg.LogEntry:
+    entry = _entry_of(logger, session)
+    if entry is None:
+        raise TfsatError(
+            what="The card's list does not name the recording that was just closed.",
+            meaning="The card forgets what it was given.",
+            next_step="Put in another card.",
+        )
+    return entry
 
 
 def _entry_of(logger: LoggerClient, session: int) -> msg.LogEntry | None:

@@ -242,6 +242,24 @@ class Reference:
     calibrated: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class AcceptedRobot:
+    """What a record of an acceptance says.
+
+    Attributes:
+        file: Of the record.
+        at: When its last step was done.
+        sequencer_serial, logger_serial: Of the boards that were accepted.
+        remaining: Steps that were not passed.
+    """
+
+    file: str
+    at: datetime
+    sequencer_serial: str
+    logger_serial: str
+    remaining: tuple[str, ...]
+
+
 NOT_ASKED = Missing("It was not asked.", "See protocol.")
 
 
@@ -276,6 +294,7 @@ class Evidence:
         origin: Whose sensors hang on the logger; None: not reached.
         calibration: The run's certificate.
         calibration_file: Its name, for people and commands.
+        acceptance: Of the robot on the bench; Missing: there is none, or it cannot be read.
         servos_too: Whether the servos' calibration counts.
     """
 
@@ -292,6 +311,7 @@ class Evidence:
     origin: Origin | None = None
     calibration: Calibration | Missing = NOT_ASKED
     calibration_file: str = ""
+    acceptance: AcceptedRobot | Missing = NOT_ASKED
     servos_too: bool = True
 
     @property

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import printable
+from tfsat_host.present.keys import single_keys
 from tfsat_host.present.wrapping import stream_columns, wrap_line
 
 if TYPE_CHECKING:
@@ -203,17 +204,40 @@ class Output:
 
     def ask(self, prompt: str, *, meaning: str, accept: Sequence[str]) -> None:
         """Waits until a person types one of `accept` (any case); anything else refuses."""
-        if not self._stdin.isatty():
-            raise UsageError(
-                what=f"No terminal for the answer to: {prompt.strip()}",
-                meaning=meaning,
-                next_step="Run it in a terminal, or add --yes.",
-            )
+        self._require_terminal(prompt, meaning)
         print(_visible(prompt), end="", file=self._stderr, flush=True)
         # The end of input reads as an empty line, which accepts nothing.
         if self._stdin.readline().strip().lower() not in accept:
             raise NotConfirmed(
                 what="Not confirmed.", meaning=meaning, next_step="Run the same command again when ready."
+            )
+
+    def ask_key(self, prompt: str, *, meaning: str, keys: str) -> str:
+        """Return which of these keys a person presses; Enter is `\n`. No Enter follows a key.
+
+        What was typed before the prompt counts for nothing: a key that bounces must not answer the next question.
+
+        Raises UsageError: there is no terminal.
+        """
+        self._require_terminal(prompt, meaning)
+        with single_keys(self._stdin) as read_key:
+            print(_visible(prompt), end="", file=self._stderr, flush=True)
+            while (key := read_key().lower()) not in keys:
+                if not key:
+                    raise NotConfirmed(
+                        what="The terminal was closed.",
+                        meaning=meaning,
+                        next_step="Run the same command again.",
+                    )
+        print(file=self._stderr)
+        return key
+
+    def _require_terminal(self, prompt: str, meaning: str) -> None:
+        if not self._stdin.isatty():
+            raise UsageError(
+                what=f"No terminal for the answer to: {prompt.strip()}",
+                meaning=meaning,
+                next_step="Run it in a terminal, or add --yes.",
             )
 
     @contextlib.contextmanager

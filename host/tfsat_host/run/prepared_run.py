@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host import __version__
+from tfsat_host.acceptance.record import EMULATED_FILE, FILE, read_acceptance
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError, UsageError
@@ -22,7 +23,7 @@ from tfsat_host.plan.facility import DropTower, load_tower
 from tfsat_host.plan.reach_envelope import envelope_of
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.plan.tower_checks import check_maneuver
-from tfsat_host.preflight.preflight_evidence import Missing, Reference
+from tfsat_host.preflight.preflight_evidence import AcceptedRobot, Failed, Missing, Reference
 from tfsat_host.preflight.preflight_result import RESULT, PreflightResult
 from tfsat_host.protocol.limits import BLOCK_MAGIC
 from tfsat_host.quantity import record
@@ -126,6 +127,24 @@ class PreparedRun:
             return read_calibration(file), str(file)
         except TfsatError as error:
             return Missing(f"{error.what} {error.meaning}", error.next_step), str(file)
+
+    def acceptance(self, *, emulated: bool) -> AcceptedRobot | Missing:
+        """Read the record of the robot's acceptance that lies in the run's folder or here."""
+        name = EMULATED_FILE if emulated else FILE
+        file = next((path for path in (self.folder / name, Path(name)) if path.is_file()), None)
+        again = Advice(NextStep("acceptance"))
+        if file is None:
+            return Missing(
+                f"There is no {name} in {self.folder} or here: the wiring was not accepted.", again
+            )
+        try:
+            accepted = read_acceptance(file)
+        except TfsatError as error:
+            return Failed(error.what, error.next_step)
+        if not accepted.steps:
+            return Missing(f"{file} holds no step yet.", again)
+        serials = accepted.sequencer.serial, accepted.logger.serial
+        return AcceptedRobot(str(file), accepted.steps[-1].at, *serials, accepted.remaining)
 
     def facility(self) -> tuple[FacilityCheck, ...] | Missing:
         """Check the maneuver against the facility's limits."""

@@ -96,6 +96,8 @@ enum {
 enum { TFSAT_IMU_GOOD = 0, TFSAT_IMU_DEAD = 1, TFSAT_IMU_FROZEN = 2, TFSAT_IMU_SATURATED = 3 };
 enum { TFSAT_ANGLE_GOOD = 0, TFSAT_ANGLE_DEAD = 1, TFSAT_ANGLE_FROZEN = 2 };
 enum { TFSAT_SERVO_GOOD = 0, TFSAT_SERVO_DEAD = 1, TFSAT_SERVO_SLOW = 2, TFSAT_SERVO_REVERSED = 3 };
+enum { TFSAT_WIRES_ANGLE = 0, TFSAT_WIRES_SERVO = 1, TFSAT_WIRES_SEQUENCER_SWITCH = 2, TFSAT_WIRES_LOGGER_SWITCH = 3,
+       TFSAT_WIRES_STROKE_LINE = 4 };
 enum { TFSAT_SWITCH_GOOD = 0, TFSAT_SWITCH_STUCK_CLOSED = 1, TFSAT_SWITCH_STUCK_OPEN = 2 };
 
 // To see that caller and library mean the same structure.
@@ -166,6 +168,8 @@ void tfsat_slip_magnet(TfsatRobot* robot, int sensor, double slip_rad);
 void tfsat_fault_servo(TfsatRobot* robot, int joint, int kind);
 void tfsat_set_battery_resistance(TfsatRobot* robot, double resistance_ohm);  // negative: as a sound battery's
 void tfsat_fault_switch(TfsatRobot* robot, int index, int kind);
+// Connects a pin to a source of its kind (TFSAT_WIRES_...), both from 0; source -1: to nothing. 0, or -1: no such pin.
+int tfsat_connect(TfsatRobot* robot, int wires, int pin, int source);
 // How long the switches' contacts chatter at the next release; 0: as the data sheet has it.
 void tfsat_set_bounce(TfsatRobot* robot, uint64_t bounce_us);
 void tfsat_card_stalls(TfsatRobot* robot, uint64_t stall_us, uint64_t every_us);

@@ -85,6 +85,11 @@ void tfsat_fault_switch(TfsatRobot* robot, int index, int kind) {
   robot->robot.set_switch_fault(index, switch_fault(kind));
 }
 
+int tfsat_connect(TfsatRobot* robot, int wires, int pin, int source) {
+  if (wires < 0 || wires >= kWireKinds) return -1;
+  return robot->robot.connect(static_cast<Wires>(wires), pin, source) ? 0 : -1;
+}
+
 void tfsat_set_bounce(TfsatRobot* robot, uint64_t bounce_us) { robot->robot.set_bounce(bounce_us); }
 
 void tfsat_card_stalls(TfsatRobot* robot, uint64_t stall_us, uint64_t every_us) {

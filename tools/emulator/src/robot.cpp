@@ -30,10 +30,8 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
       card_(parameters.card),
       chain_(parameters.tree),
       logger_(parameters.session_seed, logger_parameters(parameters)),
-      switches_(parameters.seed ^ 0xB0C4CEu, [this](int index, bool closed) {
-        sequencer_->set_switch(index, closed);
-        logger_.set_switch(index, closed, logger_clock_.board_us(now_us_));
-      }) {
+      switches_(parameters.seed ^ 0xB0C4CEu, [this](int index, bool closed) { show_switch(index, closed); }) {
+  wires_.fill(PinSources{{0, 1, 2, 3, 4, 5}});
   for (const Mpu6050Parameters& imu : parameters.imus) imus_.emplace_back(imu);
   for (const AngleSensorParameters& sensor : parameters.angle_sensors) angle_sensors_.emplace_back(sensor);
   for (const ServoParameters& servo : parameters.servos) servos_.emplace_back(servo);
@@ -92,11 +90,14 @@ void Robot::take_sequencer_outputs() {
     if (supply_low_) continue;
     edge.t_ns = sequencer_clock_.virtual_ns(edge.t_ns);
     if (edge.pin == kStrokeLinePin) {
-      if (edge.high) logger_.stroke_edge(logger_clock_.board_ns(edge.t_ns) / 1000);
+      if (edge.high && wired(Wires::kStrokeLine)[0] == 0) logger_.stroke_edge(logger_clock_.board_ns(edge.t_ns) / 1000);
     } else if (edge.high) {
       pulse_rise_ns_[edge.pin] = edge.t_ns;
     } else if (pulse_rise_ns_[edge.pin] != 0) {
-      servos_[edge.pin].pulse(edge.t_ns / 1000, static_cast<double>(edge.t_ns - pulse_rise_ns_[edge.pin]) / 1000.0);
+      const int servo = wired(Wires::kServos)[edge.pin];
+      if (servo == kNoWire) continue;
+      servos_[static_cast<size_t>(servo)].pulse(edge.t_ns / 1000,
+                                                static_cast<double>(edge.t_ns - pulse_rise_ns_[edge.pin]) / 1000.0);
     }
   }
 }

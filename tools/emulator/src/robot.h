@@ -62,6 +62,13 @@ struct ImuMotion {
   Vec3 rate_rad_s, acceleration_rad_s2, force_m_s2;
 };
 
+// The ends of a board's wires, by pin from 0: what each is connected to, from 0; kNoWire: nothing.
+enum class Wires : uint8_t { kAngleSensors, kServos, kSequencerSwitches, kLoggerSwitches, kStrokeLine };
+constexpr int kWireKinds = 5;
+constexpr int kNoWire = -1;
+constexpr std::array<int, kWireKinds> kWiresOfKind{{kAngleSensors, kServoJoints, kSwitches, kSwitches, 1}};
+using PinSources = std::array<int, kAngleSensors>;  // as many as the largest kind has
+
 // How one drop goes.
 struct DropParameters {
   Vec3 residual_rate_rad_s;           // base body, its frame, at release
@@ -132,6 +139,8 @@ class Robot {
   void set_servo_fault(int joint, ServoFault fault);
   void set_battery_resistance(double resistance_ohm) { supply_.set_resistance(resistance_ohm); }
   void set_switch_fault(int index, SwitchFault fault) { switches_.set_fault(index, fault); }
+  // Connects a pin to a source of the same kind, or to none; false if there is no such pin or source.
+  bool connect(Wires wires, int pin, int source);
   void set_bounce(uint64_t bounce_us) { switches_.set_bounce(bounce_us); }
   // Within BoardClock::takes.
   void set_sequencer_clock(double ppm) { sequencer_clock_.set_ppm(now_us_, ppm); }
@@ -158,6 +167,8 @@ class Robot {
   void feed_imus(uint64_t t_us);
   void update_imu_motions();
   void keep_truth();
+  void show_switch(int index, bool closed);
+  const PinSources& wired(Wires wires) const { return wires_[static_cast<size_t>(wires)]; }
   double die_temperature_c() const;
   void ring_mounts(double dt_s);
   void power_imus();
@@ -169,6 +180,7 @@ class Robot {
   BoardClock logger_clock_;
   BlockDevice card_;
   std::array<I2cBus, kBuses> buses_;
+  std::array<PinSources, kWireKinds> wires_;
   std::array<size_t, kImus> plug_{{0, 1, 2, 3}};  // of each body's IMU: its place on the buses
   std::vector<Mpu6050> imus_;
   std::array<Ring, kImus> mounts_;

@@ -43,5 +43,25 @@ void Robot::set_servo_fault(int joint, ServoFault fault) {
   servos_[static_cast<size_t>(joint)].set_fault(now_us_, fault);
 }
 
+bool Robot::connect(Wires wires, int pin, int source) {
+  const int count = kWiresOfKind[static_cast<size_t>(wires)];
+  if (pin < 0 || pin >= count || source < kNoWire || source >= count) return false;
+  wires_[static_cast<size_t>(wires)][static_cast<size_t>(pin)] = source;
+  logger_.wire_angle_sensors(wired(Wires::kAngleSensors));
+  for (int i = 0; i < kSwitches; ++i) switches_.show(i);
+  return true;
+}
+
+// A pin without a wire is open by its pull-up.
+void Robot::show_switch(int index, bool closed) {
+  for (int pin = 0; pin < kSwitches; ++pin) {
+    const int at_sequencer = wired(Wires::kSequencerSwitches)[static_cast<size_t>(pin)];
+    if (at_sequencer == index || at_sequencer == kNoWire) sequencer_->set_switch(pin, closed && at_sequencer == index);
+    const int at_logger = wired(Wires::kLoggerSwitches)[static_cast<size_t>(pin)];
+    if (at_logger != index && at_logger != kNoWire) continue;
+    logger_.set_switch(pin, closed && at_logger == index, logger_clock_.board_us(now_us_));
+  }
+}
+
 }  // namespace emulator
 }  // namespace tfsat

@@ -17,6 +17,7 @@ _CHECKS: dict[str, Callable[[Evidence], PreflightCheck]] = {
     "protocol": board_checks.check_protocol,
     "sequencer-image": lambda evidence: board_checks.check_image(evidence.sequencer_board),
     "logger-image": lambda evidence: board_checks.check_image(evidence.logger_board),
+    "acceptance": board_checks.check_acceptance,
     "sequencer-state": board_checks.check_state,
     "restarts": board_checks.check_restarts,
     "battery": board_checks.check_battery,

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from tfsat_host.devices.arm_refusal import describe_defects, fault_latched, first_defect
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight.preflight_check import GoNoGo, PreflightCheck, go, join_steps, no_go, not_made
-from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence, Missing, require
+from tfsat_host.preflight.preflight_check import (
+    GoNoGo,
+    PreflightCheck,
+    go,
+    join_steps,
+    judge,
+    no_go,
+    not_made,
+)
+from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence, Failed, Missing, require
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import FIRMWARE_VERSION, PROTOCOL_HASH, SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES
@@ -93,6 +101,27 @@ def check_image(board: BoardEvidence) -> PreflightCheck:
             f"--{name}-image {identity.image_crc}",
         ),
         **numbers,
+    )
+
+
+def check_acceptance(evidence: Evidence) -> PreflightCheck:
+    """Check that the wiring of these boards was accepted on the bench; an emulated robot's needs no acceptance."""
+    accepted, again = evidence.acceptance, Advice(NextStep("acceptance"))
+    sequencer, logger = evidence.sequencer_board.identity, evidence.logger_board.identity
+    if isinstance(sequencer, Missing) or isinstance(logger, Missing):
+        return not_made("Which boards these are is not known.", "See protocol.")
+    if isinstance(accepted, Failed):
+        return no_go(accepted.reason, accepted.next_step)
+    if isinstance(accepted, Missing) and evidence.runs_natively:
+        return go("Acceptance: none needed (emulated robot).", emulated=True)
+    accepted = require(accepted)
+    numbers = {"file": accepted.file, "at": accepted.at.isoformat()}
+    if (sequencer.serial, logger.serial) != (accepted.sequencer_serial, accepted.logger_serial):
+        others = "logger" if sequencer.serial == accepted.sequencer_serial else "sequencer"
+        return no_go(f"Acceptance: {accepted.file} is of another {others}.", again, **numbers)
+    done = f"Acceptance of {accepted.at:%Y-%m-%d}"
+    return judge(
+        accepted.remaining, f"{done}: not passed: {{}}.", again, f"{done}: all steps passed.", **numbers
     )
 
 

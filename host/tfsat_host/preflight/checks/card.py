@@ -108,14 +108,15 @@ def check_writing(evidence: Evidence) -> PreflightCheck:
         return no_go(answers.card.reason, answers.card.next_step)
     if isinstance(answers.card, Missing):
         raise Unreached(answers.card)
-    check = _of_trial(answers.card) if isinstance(answers.card, Trial) else _of_running(answers.card)
+    check = judge_recording(answers.card) if isinstance(answers.card, Trial) else _of_running(answers.card)
     if answers.left and not check.blocks:
         next_step = Advice(NextStep("record stop"), ", then ", NextStep("log list"))
         return no_go(answers.left, next_step, **check.evidence)
     return check
 
 
-def _of_trial(trial: Trial) -> PreflightCheck:
+def judge_recording(trial: Trial) -> PreflightCheck:
+    """Judge a recording that was made for this, by what the card kept of it."""
     wrong = _slow(trial.samples_dropped, trial.stall_max_ms, trial.ring_peak_blocks, trial.ring_blocks)
     # Without those dropped before the card: the rest was written and did not come back.
     lost = trial.samples_lost - trial.samples_dropped

@@ -15,7 +15,7 @@ class LoggerBoard::Firmware {
   Firmware(LoggerBoard& board, uint64_t seed)
       : bus_a((*board.buses_)[0], interrupt_clock),
         bus_b((*board.buses_)[1], interrupt_clock),
-        adc(*board.angle_sensors_, board.joints_),
+        adc(*board.angle_sensors_, board.joints_, board.angle_wires_),
         card(*board.card_),
         memory(board.memory_),
         entropy(seed),

@@ -43,6 +43,9 @@ class LoggerBoard {
   // The joint that angle sensor 0 to 5 looks at, as it is now and as it moves.
   void set_joint(int sensor, double angle_rad, double rate_rad_s);
 
+  // Which angle sensor each pin is connected to; negative: none.
+  void wire_angle_sensors(const AdcPort::Wires& wires) { angle_wires_ = wires; }
+
   // Off: RAM and the link are gone at once. What the card loses is the card's power_cut().
   void set_power(bool on);
   // Runs the board to this time; never runs it backwards.
@@ -79,6 +82,7 @@ class LoggerBoard {
   BlockDevice* card_ = nullptr;
   std::function<void(uint64_t)> bring_world_;
   AdcPort::Joints joints_{};
+  AdcPort::Wires angle_wires_{{0, 1, 2, 3, 4, 5}};
   uint64_t seed_;
   LoggerBoardParameters parameters_;
   std::vector<logger::Block> ring_;

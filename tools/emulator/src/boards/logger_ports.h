@@ -22,23 +22,30 @@ class AdcPort final : public logger::Adc {
     double angle_rad, rate_rad_s;
   };
   using Joints = std::array<Joint, protocol::kAngleSensorCount>;
+  // Which sensor each pin is connected to; negative: none, and the pull-down reads 0.
+  using Wires = std::array<int, protocol::kAngleSensorCount>;
 
-  AdcPort(std::vector<AngleSensor>& sensors, const Joints& joints)
-      : sensors_(sensors), joints_(joints) {}
+  AdcPort(std::vector<AngleSensor>& sensors, const Joints& joints, const Wires& wires)
+      : sensors_(sensors), joints_(joints), wires_(wires) {}
 
   uint8_t read(uint16_t counts[protocol::kAngleSensorCount]) override {
     uint8_t converted = 0;
     for (size_t i = 0; i < sensors_.size() && i < joints_.size(); ++i) {
       const double late_s = 1e-6 * logger::angle_offset_us(static_cast<uint32_t>(i));
-      counts[i] = sensors_[i].convert(joints_[i].angle_rad + late_s * joints_[i].rate_rad_s);
+      counts[i] = wires_[i] < 0 ? 0 : convert(static_cast<size_t>(wires_[i]), late_s);
       converted |= static_cast<uint8_t>(1u << i);
     }
     return converted;
   }
 
  private:
+  uint16_t convert(size_t sensor, double late_s) {
+    return sensors_[sensor].convert(joints_[sensor].angle_rad + late_s * joints_[sensor].rate_rad_s);
+  }
+
   std::vector<AngleSensor>& sensors_;
   const Joints& joints_;
+  const Wires& wires_;
 };
 
 class InputsPort final : public logger::Inputs {

@@ -35,6 +35,8 @@ class ReleaseSwitches {
 
   // Wires keep showing what the fault makes of it, whatever the mechanics do.
   void set_fault(int index, SwitchFault fault);
+  // Shows the wire's present level once more.
+  void show(int index);
   // How long the contacts chatter at the next release; 0: as the data sheet has it.
   void set_bounce(uint64_t bounce_us) { bounce_us_ = bounce_us; }
 
@@ -52,7 +54,6 @@ class ReleaseSwitches {
   void open_with_bounce(int index, uint64_t open_at_us);
   void chatter_as_new(int index, uint64_t t_us);
   void chatter_as_worn(int index, uint64_t t_us);
-  void show(int index);
 
   Noise bounce_;
   Wire wire_;

@@ -1,0 +1,118 @@
+"""The bench of an acceptance: both boards, and hands that do what a task says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+from tfsat_host.acceptance.imu_wiring import MOVED_WITH
+from tfsat_host.calibration.calibration_errors import CalibrationError
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
+from tfsat_host.calibration.steps.step import bodies
+from tfsat_host.devices.jogging import JogClient
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.robot import RobotModel
+
+READ_STEP_S = 0.25
+
+
+class Task(StrEnum):
+    """What hands do; a number says which joint or switch it is about."""
+
+    REST = "rest"
+    OPEN_AND_CLOSE = "open and close"
+    TILT = "tilt"
+    FREE_SWITCHES = "free switches"
+    PRESS = "press"
+    OPEN_HALF = "open half"
+    PRESS_BOTH_UNPOWERED = "press both, servos off"
+    PRESS_BOTH_POWERED = "press both, servos on"
+    LET_GO = "let go"
+
+
+_BOTH = "Press both release switches and keep them pressed."
+_LINES = {
+    Task.REST: ("Stand the robot upright on the bench, joints closed, body 1 on top.", "Hands off for 10 s."),
+    Task.TILT: (
+        "Keep all joints closed. Begin upright and at rest.",
+        "Tilt the whole robot by 90 deg until its y axis points up, in 2 s; stand it up again.",
+    ),
+    Task.FREE_SWITCHES: ("Take the robot out of the releaser; press no switch.",),
+    Task.PRESS: ("Press release switch {} alone and keep it pressed.",),
+    Task.OPEN_HALF: (
+        "Lay the robot on its side; open each joint about half way, 45 deg.",
+        "Servo power on (S4). Hands, hair and cables off: one joint after the other moves by 10 deg, then to its ends.",
+        "Ctrl-C lets the joint go.",
+    ),
+    Task.PRESS_BOTH_UNPOWERED: (
+        "Servo power OFF (S4): nothing may move.",
+        _BOTH,
+        "The sequencer is armed then.",
+    ),
+    Task.PRESS_BOTH_POWERED: (
+        "Clamp the robot, joints closed and free to open. Servo power on (S4), hands off the joints.",
+        _BOTH,
+        "The sequencer is armed then; joints 1 to {} open by 40 deg at once after the release, and close.",
+    ),
+    Task.LET_GO: ("NOW let go of both switches at the same time.",),
+}
+
+
+def describe_task(task: Task, number: int = 0) -> tuple[str, ...]:
+    """Return the instructions of a task, line by line."""
+    if task is not Task.OPEN_AND_CLOSE:
+        return tuple(line.format(number) for line in _LINES[task])
+    moved = MOVED_WITH[number - 1]
+    held = [body for body in (1, 2, 3, 4) if body not in moved]
+    return (
+        f"Close all joints; hold {bodies(held)} on the bench. Begin at rest.",
+        f"Open joint {number} to its end in 2 s by moving {bodies(moved)}; close it again.",
+    )
+
+
+class Hands(Protocol):
+    """Whoever holds and moves robot and switches: two people, or a program."""
+
+    def do(self, task: Task, number: int = 0) -> None:
+        """Has a task done, or begun where it is a motion. Raises TfsatError: it will not be."""
+
+
+@dataclass
+class Bench:
+    """Where an acceptance happens.
+
+    Attributes:
+        robot: By design.
+        sequencer: To be replaced after a restart by `reopen`.
+        logger: Reads the sensors.
+        hands: See there.
+        reopen: Finds the sequencer again after its restart took the link. Raises TfsatError: it does not come back.
+        progress: Shows that something goes on, given what and for how many seconds.
+    """
+
+    robot: RobotModel
+    sequencer: JogClient
+    logger: LoggerClient
+    hands: Hands
+    reopen: Callable[[], JogClient]
+    progress: Callable[[str, float], AbstractContextManager[Callable[[float], None]]]
+
+    def read(self, duration_s: float) -> SensorSamples:
+        """Read the sensors for so long. Raises CalibrationError: the logger sent nothing; PortError."""
+        samples = []
+        with self.logger.live() as scales, self.progress("Reading the sensors", duration_s) as advance:
+            for _ in range(round(duration_s / READ_STEP_S)):
+                samples += self.logger.samples_of(READ_STEP_S)
+                advance(READ_STEP_S)
+        if not samples:
+            raise CalibrationError(
+                what=f"The logger sent no sample in {duration_s:g} s.",
+                meaning="It has stopped sampling: nothing of this step was measured.",
+                next_step=Advice("Switch it off and on; ", NextStep("status")),
+            )
+        return SensorSamples.from_counts(Counts.from_live(samples, scales))

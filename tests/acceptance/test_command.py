@@ -1,0 +1,150 @@
+"""`tfsat-host acceptance` as two people have it: prompts, single keys, interruption, resumption, page."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import pty
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.acceptance.bench_in_emulation import NAMES, emulated_bench
+from tests.cli.process import RunCli
+from tfsat_host.acceptance.bench import Bench, Task, describe_task
+from tfsat_host.acceptance.page import render_page
+from tfsat_host.acceptance.record import read_acceptance
+from tfsat_host.cli import acceptance as command
+from tfsat_host.cli.main import main
+from tfsat_host.errors import TfsatError
+
+
+def test_an_emulated_robot_is_accepted_with_record_and_page(tfsat_host: RunCli) -> None:
+    result = json.loads(tfsat_host("acceptance", "--emulated", "--json").stdout)
+    assert result["verdict"] == "accepted"
+    assert result["remaining"] == []
+    record = read_acceptance(tfsat_host.folder / "acceptance-emulated.json")
+    assert record.logger.serial == result["logger"]["serial"]
+    page = (tfsat_host.folder / "acceptance-emulated.html").read_text(encoding="utf-8")
+    for text in ("ACCEPTED: 8 of 8 steps passed, emulated robot", record.logger.serial, "<svg"):
+        assert text in page
+    # The page asks for nothing from anywhere, and its policy forbids it.
+    assert not re.search(r"https?://|<script|src=", page)
+
+
+def test_a_fault_is_named_on_the_screen_and_refused(tfsat_host: RunCli) -> None:
+    done = tfsat_host("acceptance", "--emulated", "--fault", "angle-2-swapped", expect=4)
+    assert "the wires of joint 2's sensors are swapped (Teensy pins 20 and 21)" in done.stdout
+    assert done.stdout.rstrip().splitlines()[-1].startswith("NOT ACCEPTED: motion, servos, supply (5 of 8")
+    # Mended: only what did not pass is done again.
+    again = tfsat_host("acceptance", "--emulated")
+    assert again.stderr.count("passed before") == 4
+    assert "ACCEPTED: 8 of 8" in again.stdout
+    assert tfsat_host("acceptance", "--emulated", "--only", "switches").stderr.count("passed before") == 6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--emulated", "--fault", "nonsense"), "no wiring fault 'nonsense'"),
+        (("--emulated", "--only", "nonsense"), "no step 'nonsense'"),
+        (("--fault", "imu-2-silent"), "--fault is of the emulated robot"),
+    ],
+)
+def test_what_does_not_exist_is_refused(tfsat_host: RunCli, arguments: tuple[str, ...], words: str) -> None:
+    assert words in tfsat_host("acceptance", *arguments, expect=2).stderr
+
+
+def test_a_file_that_is_no_record_is_not_overwritten(tfsat_host: RunCli) -> None:
+    file = tfsat_host.folder / "acceptance-emulated.json"
+    file.write_text("mine", encoding="utf-8")
+    assert "--out" in tfsat_host("acceptance", "--emulated", expect=1).stderr
+    assert file.read_text(encoding="utf-8") == "mine"
+
+
+def test_a_damaged_record_says_so(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text('{"made_by": "tfsat-host acceptance"}', encoding="utf-8")
+    with pytest.raises(TfsatError, match="damaged"):
+        read_acceptance(tmp_path / "a.json")
+
+
+def test_every_prompt_fits_a_small_terminal() -> None:
+    for task in Task:
+        lines = describe_task(task, 1)
+        rows = sum(-(-(len(line) + 2) // 80) for line in lines)
+        assert rows <= 20, lines
+
+
+@pytest.fixture
+def people(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[bytes], tuple[int, str]]]:
+    """Two people at real boards' prompts: the boards are emulated, the hands do what a program does."""
+    monkeypatch.chdir(tmp_path)
+    typed, terminal = pty.openpty()
+
+    @contextmanager
+    def open_boards(_args: object, _model: object, out: Any) -> Iterator[Bench]:
+        with emulated_bench() as (bench, _):
+            people, hands = command._TwoPeople(out), bench.hands
+
+            class Both:
+                def do(self, task: Task, number: int = 0) -> None:
+                    people.do(task, number)
+                    hands.do(task, number)
+
+            bench.hands = Both()
+            yield bench
+
+    monkeypatch.setattr(command, "_open_boards", open_boards)
+
+    def run(keys: bytes) -> tuple[int, str]:
+        class Screen(io.StringIO):
+            """Types a key at each prompt; one that was typed before it would not count."""
+
+            left = keys
+
+            def write(self, text: str) -> int:
+                if "q: stop here" in text:
+                    os.write(typed, self.left[:1])
+                    self.left = self.left[1:]
+                return super().write(text)
+
+        with os.fdopen(os.dup(terminal), encoding="utf-8") as stdin, monkeypatch.context() as patch:
+            screen = Screen()
+            for stream in ("stdout", "stderr"):
+                patch.setattr(f"sys.{stream}", screen)
+            patch.setattr("sys.stdin", stdin)
+            code = main(["acceptance"])
+        return code, screen.getvalue()
+
+    yield run
+    os.close(typed)
+    os.close(terminal)
+
+
+def test_an_interrupted_acceptance_resumes_at_its_step(
+    people: Callable[[bytes], tuple[int, str]], tmp_path: Path
+) -> None:
+    # A key each: rest; then, at the first joint, stop.
+    code, screen = people(b"\nq")
+    assert code == 130
+    assert "2 of 8 steps are kept in acceptance.json" in screen
+    assert "tfsat-host acceptance" in screen
+    assert [step.name for step in read_acceptance(tmp_path / "acceptance.json").steps] == list(NAMES[:2])
+    # Enter for each of the four motions, three switches, loopback, servos, three supplies.
+    code, screen = people(b"\n" * 12)
+    assert code == 0, screen
+    assert screen.count("passed before") == 1
+    assert "ACCEPTED: 8 of 8" in screen
+    assert "NOW let go of both switches" in screen
+
+
+def test_a_page_of_nothing_done_is_still_a_page(tfsat_host: RunCli) -> None:
+    tfsat_host("acceptance", "--emulated")
+    record = read_acceptance(tfsat_host.folder / "acceptance-emulated.json")
+    page = render_page(record.without(NAMES))
+    assert "NOT ACCEPTED" in page
