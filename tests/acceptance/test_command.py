@@ -41,6 +41,7 @@ def test_a_fault_is_named_on_the_screen_and_refused(tfsat_host: RunCli) -> None:
     done = tfsat_host("acceptance", "--emulated", "--fault", "angle-2-swapped", expect=4)
     assert "the wires of joint 2's sensors are swapped (Teensy pins 20 and 21)" in done.stdout
     assert done.stdout.rstrip().splitlines()[-1].startswith("NOT ACCEPTED: motion, servos, supply (5 of 8")
+    assert "tfsat-host acceptance --emulated" in done.stdout
     # Mended: only what did not pass is done again.
     again = tfsat_host("acceptance", "--emulated")
     assert again.stderr.count("passed before") == 4

@@ -18,5 +18,5 @@ def test_pins_are_those_of_the_firmware() -> None:
         assert teensy[str(angle_pin)] == f"angle sensor {name}"
     for pins, imus in zip(wires.BUS_PINS, ("1 and 2", "3 and 4"), strict=True):
         for wire in pins.split(", "):
-            number, signal = wire.removesuffix(")").split(" (")
-            assert teensy[number] == f"{signal}, IMU {imus}"
+            bus_pin, signal = wire.removesuffix(")").split(" (")
+            assert teensy[bus_pin] == f"{signal}, IMU {imus}"

@@ -6,6 +6,7 @@ import html
 from collections.abc import Sequence
 
 from tfsat_host.acceptance.record import Acceptance, AcceptedBoard, StepResult
+from tfsat_host.acceptance.steps import STEPS
 from tfsat_host.preflight.preflight_check import GoNoGo, PreflightCheck
 
 _WORDS = {GoNoGo.GO: "ok", GoNoGo.NO_GO: "wrong", GoNoGo.NOT_MADE: "not made"}
@@ -20,7 +21,7 @@ dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; mar
 table { border-collapse: collapse; width: 100%; }
 td { border-top: 1px solid var(--line); padding: .35rem .5rem .35rem 0; vertical-align: top; }
 td:first-child { width: 5.5rem; font-weight: 600; white-space: nowrap; } .next { display: block; opacity: .8; }
-svg { width: 100%; max-width: 40rem; height: auto; } svg text { font-size: 11px; fill: currentColor; }
+svg { width: 100%; max-width: 32rem; height: auto; } svg text { font-size: 11px; fill: currentColor; }
 """
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -32,7 +33,8 @@ _PAGE = """<!doctype html>
 {steps}
 </body></html>
 """
-_WIDTH, _HEIGHT, _EDGE = 640, 150, 44
+_TITLES = {step.name: step.title for step in STEPS}
+_WIDTH, _HEIGHT, _EDGE = 400, 130, 48
 
 
 def render_page(acceptance: Acceptance) -> str:
@@ -57,13 +59,14 @@ def render_page(acceptance: Acceptance) -> str:
 
 
 def _describe(board: AcceptedBoard) -> str:
-    return f"serial number {board.serial or 'none'}, firmware {board.firmware}, image {board.image_crc}"
+    image = f"image {board.image_crc}" if int(board.image_crc, 16) else "run natively, no image"
+    return f"serial number {board.serial or 'none'}, firmware {board.firmware}, {image}"
 
 
 def _render_step(step: StepResult) -> str:
     rows = "".join(map(_render_check, step.checks))
     pictures = "".join(_draw_residuals(check) for check in step.checks if check.name == "stroke-times")
-    return f"<h2>{html.escape(step.name)}</h2><table>{rows}</table>{pictures}"
+    return f"<h2>{html.escape(_TITLES.get(step.name, step.name))}</h2><table>{rows}</table>{pictures}"
 
 
 def _render_check(check: PreflightCheck) -> str:

@@ -54,7 +54,6 @@ which preflight asks; an interrupted acceptance goes on at its step. docs/accept
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the steps, the folder, the robot, and the faults of an emulated one."""
     add_options(parser, _USAGE, robot=str, fault={"action": "append", "default": []})
-    parser.set_defaults(out=Path())
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -67,7 +66,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         faults = list(WIRING_FAULTS.values())
         out.result({"faults": records(FAULT, faults)}, lambda: show_rows(FAULT, faults, out))
         return 0
-    file = args.out / (EMULATED_FILE if args.emulated else FILE)
+    file = (args.out or Path()) / (EMULATED_FILE if args.emulated else FILE)
     check_may_write(file, marker=MADE_BY.encode(), force=args.force)
     model = load_robot(args.robot)
     # A closed terminal or a `kill` is a Ctrl-C: the sequencer is disarmed, the joint let go.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _SEQUENCER = ("arm", "disarm", "jog", "upload-sequence", "upload-servos", "flash sequencer")
 _LOGGER = ("record", "log", "logger-settings", "flash logger", "calibrate")
-_EITHER = ("status", "preflight")
+_EITHER = ("status", "preflight", "acceptance")
 _MOVES_JOINTS = ("calibrate scale", "calibrate servo")
 """They need the sequencer, too."""
 
@@ -74,8 +74,9 @@ def _recording(args: Namespace) -> tuple[str, ...]:
 
 def _files(step: NextStep, args: Namespace) -> Iterator[tuple[str, ...]]:
     running = getattr(args, "command", "")
-    names = {"calibrate": ("out", "robot"), "flash": ("hex",)}.get(running, ())
-    for name in names if step.command.startswith(f"{running} ") else ():
+    of_files = {"calibrate": ("out", "robot"), "acceptance": ("out", "robot"), "flash": ("hex",)}
+    names = of_files.get(running, ())
+    for name in names if f"{step.command} ".startswith(f"{running} ") else ():
         if getattr(args, name, None) is not None:
             yield f"--{name}", str(getattr(args, name))
 
@@ -94,7 +95,7 @@ def _devices(step: NextStep, args: Namespace) -> Iterator[tuple[str, ...]]:
     if step.command == "calibrate show":
         return
     ports = _ports(args)
-    if step.command == "preflight":
+    if step.command in ("preflight", "acceptance"):
         for board, option in (("sequencer", "--port"), ("logger", "--logger-port")):
             if board in ports:
                 yield option, ports[board]
