@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.boards import PLACE, absent, most_telling, places
+from tfsat_host.cli.boards import PLACE, Place, absent, most_telling, places
 from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.cli.usage import add_options
 from tfsat_host.devices.client import Client
@@ -52,11 +52,19 @@ def run(args: argparse.Namespace, out: Output) -> int:
             next_step="Name the file of the robot that carries the logger, or leave --robot out.",
         )
     with ExitStack() as stack:
-        watched = _open(args, out, sensors, stack)
+        all_places = places(args, out, stack)
+        watched = _open(all_places, out, sensors, stack)
         stack.callback(watched.close)
         stopped = stack.enter_context(stop_wish())
         with _open_view(out) as show:
-            watch(watched, args.for_s, stopped, show)
+            connect = {place.expected: place.connect for place in all_places}
+
+            def take_back() -> None:
+                for board in list(watched.lost):
+                    # A place without an expected board is that of `--port`, whichever board it is.
+                    watched.take_back(board, connect.get(board) or connect[None], sensors)
+
+            watch(watched, args.for_s, stopped, show, take_back)
         if not watched.any_left:
             lost = list(watched.lost.values())
             raise BoardsLost(watched.lost) if len(lost) > 1 else most_telling(lost)
@@ -64,14 +72,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _open(
-    args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor], stack: ExitStack
+    all_places: Sequence[Place], out: Output, sensors: Sequence[AngleSensor], stack: ExitStack
 ) -> WatchedBoards:
     """Opens what there is. Raises what is most telling if there is nothing, and BuildError."""
     from tfsat_host.devices.monitoring import WatchedBoards
 
     watched = WatchedBoards(time.monotonic)
     errors: list[TfsatError] = []
-    for place in places(args, out, stack):
+    for place in all_places:
         try:
             transport = place.connect()
             stack.callback(transport.close)
@@ -104,10 +112,12 @@ def _open_view(out: Output) -> Iterator[Callable[[float, WatchedBoards], None]]:
         due_s, warned = 0.0, set[str]()
 
         def show(t_s: float, watched: WatchedBoards) -> None:
-            nonlocal due_s
+            nonlocal due_s, warned
+            for board in warned - watched.lost.keys():
+                out.note(f"The {board} is back.")
             for board in watched.lost.keys() - warned:
-                warned.add(board)
-                out.warn(watched.lost[board].what)
+                out.warn(f"{watched.lost[board].what} Waiting for it to come back.")
+            warned = set(watched.lost)
             if t_s >= due_s and watched.any_left:
                 out.line(one_line(t_s, watched), no_wrap=True)
                 sys.stdout.flush()  # a reader of the pipe sees it now

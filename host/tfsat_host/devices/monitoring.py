@@ -14,6 +14,7 @@ from tfsat_host.devices.client import Client
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.serial_ports import BoardName
+from tfsat_host.devices.transport import Transport
 from tfsat_host.error_columns import error_columns
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.enums import Board, SequencerState
@@ -32,6 +33,8 @@ WINDOW_US = US_PER_S
 """The rate is that of the last second, on the logger's clock."""
 _BUSY = (SequencerState.ARMED, SequencerState.RUNNING)
 _TURN_DEG = 360.0
+RETRY_S = 1.0
+"""A board that was lost is looked for once a second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,12 +230,14 @@ class WatchedBoards:
         sequencer: None: it is not watched.
         logger: Likewise.
         lost: Why a board is not watched any more, by its name.
+        serials: Of the boards that are or were watched.
     """
 
     clock: Callable[[], float]
     sequencer: SequencerWatch | None = None
     logger: LoggerWatch | None = None
     lost: dict[BoardName, TfsatError] = field(default_factory=dict)
+    serials: dict[BoardName, str] = field(default_factory=dict)
 
     @property
     def any_left(self) -> bool:
@@ -243,11 +248,27 @@ class WatchedBoards:
         """Watches the board that answers; its name. `sensors` as in `convert`. Raises TfsatError."""
         identity = client.hello()
         self.clock = client.transport.now_s
+        watch: SequencerWatch | LoggerWatch
         if identity.board == Board.SEQUENCER:
-            self.sequencer = SequencerWatch(client, identity)
-            return self.sequencer.name
-        self.logger = LoggerWatch(client, identity, sensors)
-        return self.logger.name
+            watch = self.sequencer = SequencerWatch(client, identity)
+        else:
+            watch = self.logger = LoggerWatch(client, identity, sensors)
+        self.serials[watch.name] = identity.serial
+        return watch.name
+
+    def take_back(
+        self, name: BoardName, connect: Callable[[], Transport], sensors: Sequence[AngleSensor]
+    ) -> None:
+        """Watch a lost board again if its cable is back; nothing happens until then, or for another board."""
+        with suppress(TfsatError):
+            client = Client(connect())
+            # Another board, or an emulated one, at the place of the one that went is not the one that is watched.
+            serial = client.hello().serial
+            if self.serials.get(name, serial) == serial:
+                self.add(client, sensors)
+                del self.lost[name]
+            else:
+                client.close()
 
     def update(self, until_s: float) -> None:
         """Brings both up to date; a board that does not answer any more is given up, its port closed."""
@@ -281,23 +302,32 @@ def watch(
     for_s: float | None,
     stopped: Callable[[], bool],
     show: Callable[[float, WatchedBoards], None],
+    take_back: Callable[[], None],
 ) -> None:
-    """Watches until it is stopped, the time is over, or no board is left.
+    """Watches until it is stopped or the time is over; boards that are lost are waited for.
 
     Args:
         watched: The boards.
         for_s: How long on their clock; None: for ever.
         stopped: Whether to stop.
         show: Given the time since the beginning, s, and the boards, each time that they are up to date.
+        take_back: Looks for the boards that are lost.
     """
 
     started_s, real_s = watched.clock(), time.monotonic()
     end_s = None if for_s is None else started_s + for_s
-    while watched.any_left and not stopped():
+    sought_s = started_s
+    while not stopped():
         now_s = watched.clock()
         if end_s is not None and now_s >= end_s:
             return
-        watched.update(now_s + REFRESH_S if end_s is None else min(now_s + REFRESH_S, end_s))
+        if watched.lost and now_s - sought_s >= RETRY_S:
+            take_back()
+            sought_s = now_s
+        if watched.any_left:
+            watched.update(now_s + REFRESH_S if end_s is None else min(now_s + REFRESH_S, end_s))
+        else:
+            time.sleep(REFRESH_S)
         passed_s = watched.clock() - started_s
         show(passed_s, watched)
         ahead_s = passed_s - (time.monotonic() - real_s)

@@ -180,7 +180,7 @@ class Picture:
 
 
 def _alarms(watched: WatchedBoards) -> list[str]:
-    texts = [f"LOST: {board}. {error.what}" for board, error in watched.lost.items()]
+    texts = [f"LOST: {board}. {error.what} Waiting for it." for board, error in watched.lost.items()]
     if watched.sequencer is not None:
         sequencer = watched.sequencer.status
         texts += _error("SEQUENCER FAULT", sequencer.fault)

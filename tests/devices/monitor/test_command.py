@@ -133,7 +133,7 @@ def test_either_board_alone(robot: Served, tfsat_host: RunCli, board: str, other
     assert f"| {board} " in people.stdout and f"| {other} " not in people.stdout
 
 
-def test_a_board_that_goes_leaves_the_other(robot: Served, both: dict[str, str]) -> None:
+def test_a_board_that_goes_leaves_the_other_and_comes_back(robot: Served, both: dict[str, str]) -> None:
     monitor = Monitor(environ=both)
     monitor.until("logger", "state", "idle")
     robot.control("cable sequencer pull")
@@ -142,7 +142,16 @@ def test_a_board_that_goes_leaves_the_other(robot: Served, both: dict[str, str])
         lost = monitor.next()
     assert lost["sequencer"]["error"]["code"] == "lost"
     assert lost["logger"]["state"] == "idle"
-    robot.control("cable logger pull")
+    # Its cable comes back, and so does the other board's after it: nobody types anything.
+    robot.control("cable logger pull", "cable sequencer plug")
+    monitor.until("sequencer", "state", "safe")
+    robot.control("cable logger plug")
+    monitor.until("logger", "state", "idle")
+    robot.control("cable sequencer pull", "cable logger pull")
+    lost = monitor.next()
+    while not all("error" in (lost[board] or {}) for board in ("sequencer", "logger")):
+        lost = monitor.next()
+    monitor.process.send_signal(signal.SIGINT)
     last: Any = {}
     while "error" not in last:
         last = monitor.next()

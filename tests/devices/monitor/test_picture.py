@@ -123,7 +123,7 @@ def test_a_low_terminal_keeps_alarms_states_and_the_way_out(picture: Picture) ->
     lost = PortError(PortProblem.LOST, what="The connection on robot/logger was lost.", next_step="")
     without_logger = replace(picture.watched, logger=None, lost={"logger": lost})
     lines = draw_picture(Picture(without_logger), 80, 6)
-    assert lines[0] == "LOST: logger. The connection on robot/logger was lost."
+    assert lines[0] == "LOST: logger. The connection on robot/logger was lost. Waiting for it."
     assert lines[1] == "sequencer  safe; switches 1 closed, 2 closed"
     assert lines[-1] == "Ctrl-C ends it."
 
