@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_actions, drop_number, output_file_name
@@ -35,6 +36,9 @@ void    take a drop out of the count; its number and its folder stay
 next    the number of the next drop
 report  evaluate all drops, compare them, and write one page with all of them
     --robot FILE  a robot file, or a shipped robot's name (default: robot.toml of the drops, else drop_tower)
+    --laser NAME     file in each drop's folder with the places of its laser spots, such as laser.csv; a drop without it
+                     is evaluated without release velocity
+    --facility FILE  the permitted release velocity (default: COSMOTORRE's)
     --out FILE    the page (default: report.html in DIR)
     {FORCE}
 """
@@ -43,7 +47,16 @@ report  evaluate all drops, compare them, and write one page with all of them
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the actions, the campaign's folder, and the options of each action."""
     number = {"type": drop_number, "dest": "number"}
-    add_actions(parser, _ACTIONS, "DIR  the campaign's folder", OUTPUT, n=number, out=output_file_name)
+    add_actions(
+        parser,
+        _ACTIONS,
+        "DIR  the campaign's folder",
+        OUTPUT,
+        n=number,
+        name=str,
+        laser=Path,
+        out=output_file_name,
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -97,9 +110,11 @@ def _show_list(campaign: CampaignList, out: Output) -> None:
         out.line(f"Campaign: {campaign.folder} (no drops)")
         return
     count, changed = len(campaign.drops), sum(bool(drop.changes) for drop in campaign.drops)
+    gone = sum(drop.gone for drop in campaign.drops)
     void = sum(drop.entry.void is not None for drop in campaign.drops)
     counted = f"{count} drop{'' if count == 1 else 's'}" + (f", {void} void" if void else "")
-    state = f"{changed} CHANGED since added" if changed else "all files as added"
+    states = [f"{gone} GONE"] * bool(gone) + [f"{changed} CHANGED since added"] * bool(changed)
+    state = ", ".join(states) or "all files as added"
     faults = f", {_FAULTS}" if campaign.contents.findings else ""
     sentences([f"Campaign: {campaign.folder} ({counted}, {state}{faults})"], out)
     show_rows(LISTED, campaign.drops, out)
@@ -112,8 +127,10 @@ def _show_list(campaign: CampaignList, out: Output) -> None:
 
 def _report(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.run.campaign.campaign_report import REPORT, report
+    from tfsat_host.run.files import EvaluationOptions
 
-    campaign_report = report(args.dir, args.robot, args.out, force=args.force, notices=out)
+    options = EvaluationOptions(robot=args.robot, laser=args.laser, facility=args.facility)
+    campaign_report = report(args.dir, options, args.out, force=args.force, notices=out)
     out.result(record(REPORT, campaign_report), lambda: _show_report(campaign_report, out))
     return _warn_and_exit_code(campaign_report.findings, out) or (
         0 if campaign_report.good else ExitCode.DATA_LOSS

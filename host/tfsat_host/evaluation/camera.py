@@ -74,6 +74,7 @@ class CsvForm:
         required: Columns that must be there; others are free.
         meaning: What is unknown without it.
         error: What is raised.
+        header: The first line that it should have.
     """
 
     path: Path
@@ -81,6 +82,7 @@ class CsvForm:
     required: tuple[str, ...]
     meaning: str
     error: type[TfsatError]
+    header: str
 
     def fail(self, what: str, next_step: str, line: int | None = None) -> NoReturn:
         """Raises `error`; `what` is led by the file, and the line if one is to blame."""
@@ -137,7 +139,7 @@ def read_rows(form: CsvForm) -> list[CsvRow]:
         reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
         form.fail(f"The {form.subject} cannot be read: {reason}.", "Give the path of a CSV file.")
     except csv.Error as error:
-        form.fail(f"this is no CSV file: {error}.", f"Begin it with the line {','.join(form.required)}")
+        form.fail(f"this is no CSV file: {error}.", f"Begin it with the line {form.header}")
 
 
 def _rows(form: CsvForm, file: Iterable[str]) -> Iterator[CsvRow]:
@@ -146,7 +148,7 @@ def _rows(form: CsvForm, file: Iterable[str]) -> Iterator[CsvRow]:
     names = [name.strip() for name in next(rows, [])]
     for name in form.required:
         if name not in names:
-            cure = f"Begin the file with the line {','.join(form.required)} and separate columns by commas."
+            cure = f"Begin the file with the line {form.header} and separate columns by commas."
             form.fail(f"there is no column {name}.", cure, 1)
     # Of two columns with one name the later would silently replace the other in a row's cells.
     for name in names:
@@ -199,6 +201,7 @@ def read_video_marks(path: Path) -> tuple[Mark, ...]:
         required=("event", "t_s"),
         meaning="The video's clock is unknown: nothing that was filmed can be compared with the log.",
         error=VideoFileError,
+        header="event,t_s",
     )
     marks: dict[str, Mark] = {}
     for row in read_rows(form):
@@ -300,7 +303,9 @@ def read_tracks(path: Path) -> LaserTracks:
         LaserFileError: the file cannot be read or understood; names file, line and cure.
     """
     required = ("spot", "along_mm", "up_mm")
-    form = CsvForm(path, "tracks of the laser spots", required, _MEANING, LaserFileError)
+    form = CsvForm(
+        path, "tracks of the laser spots", required, _MEANING, LaserFileError, "t_s,spot,along_mm,up_mm"
+    )
     rows = read_rows(form)
     if not rows:
         form.fail("there is no place of a spot.", "Add rows, such as 0.15,1,12.4,310.2")

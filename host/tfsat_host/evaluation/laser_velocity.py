@@ -43,6 +43,8 @@ _MIN_SAMPLES = 4
 _MIN_SPAN_S = 0.1
 _MAX_LEFT_OUT = 0.25
 """Of all places: wrong ones are few; where many seem wrong, something else is."""
+_UNIT_FACTOR = 5.0
+"""Between a mistaken unit, 10 or more, and a velocity that is outside by itself."""
 _ROUNDS = 30
 _SETTLED = 1e-6
 """Relative change of the scatter after which another round would change nothing."""
@@ -196,8 +198,21 @@ def release_velocity(
             for spot, axis in ((2, "x"), (1, "y"))
             if not (usable_tracks.spot == spot).any()
         )
-        + _untold(identity),
+        + _untold(identity)
+        + _doubt_units(down, windows),
     )
+
+
+def _doubt_units(down: Velocity, windows: VelocityWindows) -> tuple[str, ...]:
+    """Format a sentence where sign or size of the velocity look like a mistake in the file's sign or unit."""
+    low, high = windows.downward_mm_s
+    if down.high_mm_s < 0.0:
+        return ("By the file the robot left upwards: see that up_mm grows upwards on the wall.",)
+    if not low / _UNIT_FACTOR < abs(down.value_mm_s) < _UNIT_FACTOR * high:
+        return (
+            "The velocity is far from what the facility permits: see that along_mm and up_mm are millimetres.",
+        )
+    return ()
 
 
 def _untold(identity: Identity) -> tuple[str, ...]:

@@ -150,10 +150,12 @@ def test_a_number_is_never_given_again(camp: Path) -> None:
     command("campaign", "add", "camp", "run2")
     shutil.rmtree(camp / "drop-0002")
     output = command("campaign", "list", "camp", expect=3)
-    assert "drop-0002 is in the index and not there any more" in output.err
-    assert output.words.startswith("Campaign: camp (2 drops, all files as added, index or folders MODIFIED")
+    assert "drop-0002 is gone; the index still has it. Copy it back" in output.err
+    assert "tfsat-host campaign void camp 2 REASON" in output.err
+    assert output.words.startswith("Campaign: camp (2 drops, 1 GONE, index or folders MODIFIED")
+    assert [line.split()[-1] for line in output.out.splitlines() if "SD.bin" in line] == ["yes", "GONE"]
     output = command("campaign", "next", "camp", expect=3)
-    assert output.out == "3\n" and "not there any more" in output.err
+    assert output.out == "3\n" and "is gone" in output.err
     # Logbook and videos name drops by number: a number given again would mix two drops.
     assert result("campaign", "add", "camp", "run3")["number"] == 3
     command("campaign", "note", "camp", "2", "it burned")
@@ -173,8 +175,8 @@ def test_a_damaged_index_is_rebuilt_from_the_folders(camp: Path, damage: bytes |
     else:
         (camp / "campaign.json").write_bytes(damage)
     summary = result("campaign", "list", "camp", expect=3)
-    assert [{**drop, "changes": None} for drop in summary["drops"]] == [
-        {**drop, "changes": None} for drop in entries
+    assert [{**drop, "changes": None, "gone": False} for drop in entries] == [
+        {**drop, "changes": None} for drop in summary["drops"]
     ]
     assert "rebuilt from the drops' folders" in summary["findings"][0]
     assert result("campaign", "add", "camp", "run3")["number"] == 3

@@ -125,6 +125,18 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     assert "was not made by this command" in command("campaign", "report", "camp", expect=1).err
 
 
+def test_each_drops_own_laser_spots_are_read(camp: Path) -> None:
+    """A file of that name that lies in a drop's folder counts; a drop without one is evaluated without."""
+    add_runs("run1", "run2")
+    (camp / "drop-0001" / "spots.csv").write_text("t_s,spot,along_mm\n", encoding="utf-8")
+    report = result("campaign", "report", "camp", "--laser", "spots.csv", expect=3)
+    first, second = report["drops"]
+    assert "no column up_mm" in first["error"]["what"]
+    assert "t_s,spot,along_mm,up_mm" in first["error"]["next_step"]
+    assert second["evaluation"]["release_velocity"] is None
+    assert result("campaign", "report", "camp", "--force", "--facility", "x.toml", expect=2)["error"]
+
+
 def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
     run_folder(Path("run4"), 4)
     for seed in (1, 2):

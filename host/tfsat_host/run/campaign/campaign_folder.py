@@ -128,10 +128,17 @@ def read(folder: Path) -> Contents:
 
 @dataclass(frozen=True)
 class ListedDrop:
-    """A drop of a campaign, with the changes to its files since it was added, as sentences."""
+    """A drop of a campaign.
+
+    Attributes:
+        entry: As the index has it.
+        changes: To its files since it was added, as sentences.
+        gone: Its folder is not there any more.
+    """
 
     entry: DropEntry
     changes: tuple[str, ...]
+    gone: bool
 
 
 @dataclass(frozen=True)
@@ -145,7 +152,10 @@ class CampaignList:
 
 LISTED: Columns = (
     *columns_of("entry", ENTRY),
-    Column("changes", "unmodified", words=lambda drop: "NO" if drop.changes else "yes"),
+    Column(
+        "changes", "unmodified", words=lambda drop: "GONE" if drop.gone else "NO" if drop.changes else "yes"
+    ),
+    *fields("gone"),
 )
 LIST: Columns = (
     *fields("campaign=folder"),
@@ -164,7 +174,10 @@ NEXT: Columns = (
 def list_drops(folder: Path) -> CampaignList:
     """List all drops and the changes to each since it was added. Raises as `read` does."""
     contents = read(folder)
-    drops = tuple(ListedDrop(drop, tuple(changes_in(folder, drop))) for drop in contents.drops)
+    drops = tuple(
+        ListedDrop(drop, tuple(changes_in(folder, drop)), not (folder / drop.folder).is_dir())
+        for drop in contents.drops
+    )
     return CampaignList(folder, contents, drops)
 
 
@@ -353,7 +366,12 @@ def _gone_or_other(folder: Path, drop: DropEntry, there: bool) -> str:
     """
     place, own = folder / drop.folder, _own_entry(folder / drop.folder)
     if not there:
-        return f"{place} is in the index and not there any more."
+        reason = NextStep("campaign void", (str(folder), str(drop.number), "REASON"))
+        return Advice(
+            f"{place} is gone; the index still has it. Copy it back from a backup or out of its bundle; "
+            "if it is lost, take it out of the count: ",
+            reason,
+        )
     if own == drop:
         return ""
     what = "is not as the index has this drop"

@@ -28,7 +28,7 @@ from tfsat_host.run.drop_report import (
     explain_absence,
     report_drop,
 )
-from tfsat_host.run.files import EMULATED, EvaluationOptions
+from tfsat_host.run.files import AS_FOUND, EMULATED, EvaluationOptions
 
 _SHOWN = 8
 _Key = tuple[DroppedRobot, str]
@@ -174,7 +174,7 @@ REPORT: Columns = (
 
 def report(
     folder: Path,
-    robot: Path | None = None,
+    options: EvaluationOptions = AS_FOUND,
     page: Path | None = None,
     *,
     force: bool = False,
@@ -186,7 +186,8 @@ def report(
 
     Args:
         folder: Of the campaign.
-        robot: A robot file, or the name of a shipped one; None: each drop's own, else the drop tower's.
+        options: Of all drops. A robot of None is each drop's own, else the drop tower's; `laser` is the name of a file
+            in each drop's folder, and a drop without it is evaluated without.
         page: The page; None: in the campaign's folder.
         force: Whether a page that no report made may be overwritten.
         notices: For progress.
@@ -202,9 +203,9 @@ def report(
     report_options = ReportOptions(page or folder / PAGE, force=force)
     files = ReportFiles.of([_recording_file(folder, drop) for drop in present], None, report_options)
     files.check()
-    options = EvaluationOptions(robot=robot)
-    if robot is not None:
-        drop_evaluation.robot_of(robot)  # one that cannot be read is no drop's fault
+    options.check([folder])
+    if options.robot is not None:
+        drop_evaluation.robot_of(options.robot)  # one that cannot be read is no drop's fault
     tried = [TriedDrop(drop, _try_evaluation(drop, folder, options, notices)) for drop in present]
     # Offsets are of one robot and its file: only drops that share both are combined.
     robots = by_robot([(drop.entry.number, drop.evaluation) for drop in tried if drop.evaluation])
@@ -247,7 +248,13 @@ def _try_evaluation(
     try:
         _require_as_it_came(drop, folder)
         robot = drop_evaluation.robot_of(options.robot, [recording])
-        return drop_evaluation.evaluate_run(recording, options, robot, notices)
+        laser = None if options.laser is None else recording.parent / options.laser
+        own = (
+            options if laser is not None and laser.is_file() else replace(options, laser=None, facility=None)
+        )
+        return drop_evaluation.evaluate_run(
+            recording, replace(own, laser=own.laser and laser), robot, notices
+        )
     except TfsatError as error:
         return error
     except BrokenPipeError:
