@@ -115,6 +115,13 @@ def test_each_figure_of_a_shipped_imu_says_where_it_is_from(name: str) -> None:
     assert all(len(source) > 5 for source in part.sources.values())
 
 
+def test_an_imu_that_saturates_before_the_emulated_chip_is_refused(tmp_path: Path) -> None:
+    shipped = (HOST / "emulated/imus/adis16465_2.toml").read_text(encoding="utf-8")
+    (tmp_path / "small.toml").write_text(shipped.replace("value = 500.0", "value = 125.0"), encoding="utf-8")
+    with pytest.raises(EmulationError, match="shows 125 deg/s at most"):
+        load_imu(tmp_path / "small.toml")
+
+
 def test_the_papers_comparison_of_the_two_imus() -> None:
     """Tab. adis."""
     mpu, adis = load_imu("mpu6050"), load_imu("adis16465_2")

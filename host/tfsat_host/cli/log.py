@@ -9,6 +9,7 @@ from typing import Any
 from tfsat_host.cli.boards import open_logger
 from tfsat_host.cli.usage import add_actions, device, file_name
 from tfsat_host.exit_code import ExitCode
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.quantity import record
 from tfsat_host.run.held_maneuver import ask_sequencer
@@ -44,6 +45,9 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 
     with open_logger(args, out) as logger:
         recordings = LoggerRecordings.of(logger)
+    if args.emulated:
+        serving = Advice("The robot of --emulated records nothing. For a recording: ", NextStep("emulate"))
+        out.note(Advice(serving, ", then in another terminal ", NextStep("record start")))
     out.result(record(RECORDINGS, recordings), lambda: recordings.show(out))
     if recordings.status.ram_holds_drop:
         out.warn(RAM_WARNING)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.config import ConfigKind, read_config
 from tfsat_host.emulated.imperfections import Imperfections, draw, skewed
 from tfsat_host.emulated.library import EmulationError
+from tfsat_host.protocol.limits import GYRO_RANGE_FACTORY_DEG_S
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 _SHIPPED = {file.stem: file for file in sorted(Path(__file__).with_name("imus").glob("*.toml"))}
@@ -39,7 +40,7 @@ class ImuPart:
 
     Attributes:
         name: Maker and type.
-        gyro_range_deg_s: Full scale; not emulated.
+        gyro_range_deg_s: Full scale; at least the emulated chip's, which is what saturates.
         gyro_lsb_per_deg_s: Resolution; not emulated.
         gyro_bandwidth_hz: Of the part without filters; not emulated.
         gyro_noise_deg_s_rthz: White noise density.
@@ -106,7 +107,15 @@ def load_imu(name_or_path: str | Path) -> ImuPart:
             least, above = (0.0, -math.inf) if _may_be_zero(key) else (-math.inf, 0.0)
             figures[f"{name}_{key}"] = figure.number("value", least=least, above=above)
             sources[f"{name}_{key}"] = figure.text("source")
-    return ImuPart(name=top.text("name"), **figures, sources=sources)
+    part = ImuPart(name=top.text("name"), **figures, sources=sources)
+    if part.gyro_range_deg_s < GYRO_RANGE_FACTORY_DEG_S:
+        raise EmulationError(
+            what=f"{part.name} shows {part.gyro_range_deg_s:g} deg/s at most (range_deg_s of [gyro]).",
+            meaning=f"The emulated chip shows {GYRO_RANGE_FACTORY_DEG_S} deg/s: it would not saturate where that IMU "
+            "does. No robot with it was made.",
+            next_step="Name an IMU with that range at least; a drop reaches 200 deg/s.",
+        )
+    return part
 
 
 def imperfections_with(part: ImuPart, seed: int, robot: Imperfections | None = None) -> Imperfections:

@@ -5,7 +5,8 @@ Needs the extra `dask` here, and the same tfsat on the scheduler and on every wo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError
 from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, NamedTuple
@@ -22,6 +23,9 @@ ANSWER_S = 5.0
 """How long the scheduler may take to answer, and to have a worker."""
 CHUNK_TIMEOUT_S = 600.0
 """How long the cluster may take for the next chunk, though it may be busy with others' work."""
+MAX_RESUBMITTED = 3
+"""Times the number of chunks: a cluster that is restarted over and over is not waited for."""
+_CANCELLED = ("cancelled", "lost")
 _WORTH_PROGRESS = 2_000  # samples; about a second
 _NOTHING = "No sample was computed on the cluster."
 _LOCALLY = "leave out --dask to run the study on this computer"
@@ -75,9 +79,7 @@ def run_on_cluster(
     _check_address(address)
     with _connect(address) as client, client.as_current():
         _wait_for_workers(client, address)
-        # Not pure: otherwise Dask would take the result of an equal call for this one.
-        futures = client.map(partial(_answer, study), range(study.chunks), pure=False)
-        return _collect_outcomes(client, address, futures, progress or (lambda _samples: None))
+        return _collect_outcomes(client, address, study, progress or (lambda _samples: None))
 
 
 def _answer(study: Study, chunk: int) -> _Answer:
@@ -125,33 +127,51 @@ def _wait_for_workers(client: Client, address: str) -> None:
 
 
 def _collect_outcomes(
-    client: Client, address: str, futures: list[Future[_Answer]], progress: Callable[[float], None]
+    client: Client, address: str, study: Study, progress: Callable[[float], None]
 ) -> Outcomes:
     from distributed import wait
 
-    chunk_of: dict[Future[_Answer], int] = {future: chunk for chunk, future in enumerate(futures)}
+    def submit(chunks: Sequence[int]) -> list[Future[_Answer]]:
+        # Not pure: otherwise Dask would take the result of an equal call for this one.
+        return list(client.map(partial(_answer, study), chunks, pure=False))
+
+    chunk_of: dict[Future[_Answer], int] = {
+        future: chunk for chunk, future in enumerate(submit(range(study.chunks)))
+    }
     parts: dict[int, Outcomes] = {}
+    resubmitted = 0
     # The patience is for the next chunk, not for the whole: the cluster may be busy.
     while chunk_of:
         try:
             finished = wait(  # type: ignore[no-untyped-call]
                 list(chunk_of), timeout=CHUNK_TIMEOUT_S, return_when="FIRST_COMPLETED"
             ).done
+        except CancelledError:
+            finished = {future for future in chunk_of if future.status in _CANCELLED}
         except TimeoutError as error:
             # Take the rest off the cluster, which others use, before giving up.
             client.cancel(list(chunk_of))  # type: ignore[no-untyped-call]
             raise ClusterError(
-                what=f"{len(chunk_of)} of {len(futures)} parts of the study are missing, and none has come from the "
+                what=f"{len(chunk_of)} of {study.chunks} parts of the study are missing, and none has come from the "
                 f"cluster at {address} for {CHUNK_TIMEOUT_S:g} s.",
                 meaning="The study was given up, and cancelled on the cluster.",
                 next_step=f"Look at its workers, then run the same command again; or {_LOCALLY}.",
             ) from error
         for future in finished:
+            # Its worker went since `wait` saw it done: Dask computes it again.
+            if future.status == "pending":
+                continue
+            # Somebody restarted the workers, which takes what they had to do from them: ask once more.
+            if future.status in _CANCELLED and resubmitted < MAX_RESUBMITTED * study.chunks:
+                chunk = chunk_of.pop(future)
+                chunk_of[submit([chunk])[0]] = chunk
+                resubmitted += 1
+                continue
             outcomes = _outcomes(future, address)
             parts[chunk_of.pop(future)] = outcomes
             progress(len(outcomes))
     # In the order of the chunks, not of their arrival: the same numbers as on one computer.
-    return Outcomes.join([parts[chunk] for chunk in range(len(futures))])
+    return Outcomes.join([parts[chunk] for chunk in range(study.chunks)])
 
 
 def _outcomes(future: Future[_Answer], address: str) -> Outcomes:

@@ -8,12 +8,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
 from tests.plan.sensitivity.cluster_process import cluster
-from tests.plan.sensitivity.studies import EXACT, study_of
+from tests.plan.sensitivity.studies import EXACT, stated_by, study_of
 from tfsat_host.plan import cluster as on_cluster
+from tfsat_host.plan.study import run_locally
 from tfsat_host.robot import RobotModel
 
 _STUDY = ("sensitivity", 59, 70, "--samples", 501, "--seed", 4)
@@ -42,6 +44,28 @@ def test_two_workers_give_the_same_numbers_as_this_computer(
     distributed = tfsat_host.json(*_STUDY, "--dask", two_workers, "--out", there)
     assert _timeless(distributed) == _timeless(local)
     assert there.read_bytes() == here.read_bytes()
+
+
+def test_a_study_survives_a_restart_of_the_workers(robot: RobotModel, tmp_path: Path) -> None:
+    """What had been given to the workers is asked for once more; the numbers are the same."""
+    study = study_of(robot, stated_by(robot), samples=1501, seed=4)
+    restarts = 0
+
+    with cluster(1, tmp_path) as address:
+
+        def restart_once(_samples: float) -> None:
+            nonlocal restarts
+            restarts += 1
+            if restarts == 1:
+                from distributed import Client
+
+                with Client(address, set_as_default=False) as somebody:  # type: ignore[no-untyped-call]
+                    somebody.restart()
+
+        outcomes = on_cluster.run_on_cluster(study, address, progress=restart_once)
+    assert restarts > 1
+    here = run_locally(study, workers=1)
+    assert np.array_equal(outcomes.quaternion_xyzw, here.quaternion_xyzw)
 
 
 def test_a_cluster_that_cannot_do_it_says_why(
