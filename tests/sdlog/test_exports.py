@@ -97,14 +97,18 @@ def test_events_csv(log: DropLog, tmp_path: Path) -> None:
     assert [int(text) for text in table["t_us"]] == [event.t_us for event in log.events]
 
 
+IN_RADIANS = {"rate_deg_s": "rate_rad_s", "sensor_angle_deg": "sensor_angle_rad"}
+
+
 def test_npz(log: DropLog, tmp_path: Path) -> None:
     write_npz(log, tmp_path / "SD.npz")
     with np.load(tmp_path / "SD.npz") as file:
         for name in set(file.files) - {"metadata"}:
-            np.testing.assert_array_equal(file[name], getattr(log, name))
-            # Not a copy: the type is the log's own.
-            assert file[name].dtype == getattr(log, name).dtype
-        assert {"sample_index", "t_s", "rate_rad_s", "sensor_angle_rad", "clipped"} < set(file.files)
+            # Degrees as in the CSV; everything else is the log's own, type included.
+            column = np.rad2deg(getattr(log, IN_RADIANS[name])) if name in IN_RADIANS else getattr(log, name)
+            np.testing.assert_array_equal(file[name], column)
+            assert file[name].dtype == column.dtype
+        assert {"sample_index", "t_s", "rate_deg_s", "sensor_angle_deg", "clipped"} < set(file.files)
         facts = json.loads(str(file["metadata"]))
     assert (facts["verdict"], facts["samples"], facts["header"]["rate_hz"]) == ("complete", len(log), 280)
 
@@ -121,7 +125,7 @@ def test_mat_is_a_struct_as_matlab_has_them(log: DropLog, tmp_path: Path) -> Non
     np.testing.assert_array_equal(drop.sample_index, log.sample_index)
     np.testing.assert_array_equal(drop.switch_open, log.switch_open)
     for body in range(4):
-        np.testing.assert_array_equal(drop.imu[body].rate_rad_s, log.rate_rad_s[:, body])
+        np.testing.assert_array_equal(drop.imu[body].rate_deg_s, np.rad2deg(log.rate_rad_s[:, body]))
         np.testing.assert_array_equal(drop.imu[body].specific_force_m_s2, log.specific_force_m_s2[:, body])
         np.testing.assert_array_equal(drop.imu[body].temperature_c, log.temperature_c[:, body])
         np.testing.assert_array_equal(drop.imu[body].valid, log.imu_valid[:, body])
@@ -129,7 +133,9 @@ def test_mat_is_a_struct_as_matlab_has_them(log: DropLog, tmp_path: Path) -> Non
     for joint in range(3):
         # Two sensors a joint, in the order of their numbers.
         pair = slice(2 * joint, 2 * joint + 2)
-        np.testing.assert_array_equal(drop.joint[joint].sensor_angle_rad, log.sensor_angle_rad[:, pair])
+        np.testing.assert_array_equal(
+            drop.joint[joint].sensor_angle_deg, np.rad2deg(log.sensor_angle_rad[:, pair])
+        )
         np.testing.assert_array_equal(drop.joint[joint].valid, log.angle_valid[:, pair])
     assert list(drop.events.name[:3]) == ["switch_edge", "switch_edge", "stroke"]
     np.testing.assert_array_equal(drop.events.t_s, [log.seconds(event.t_us) for event in log.events])
@@ -181,10 +187,10 @@ def test_invalid_readings_are_nan_in_mat_and_npz(tmp_path: Path) -> None:
     write_mat(log, tmp_path / "SD.mat")
     write_npz(log, tmp_path / "SD.npz")
     drop = read_mat(tmp_path / "SD.mat")
-    assert np.isnan(drop.imu[1].rate_rad_s).all() and np.isfinite(drop.imu[0].rate_rad_s).all()
-    assert np.isnan(drop.joint[2].sensor_angle_rad).all(axis=0).tolist() == [False, True]
+    assert np.isnan(drop.imu[1].rate_deg_s).all() and np.isfinite(drop.imu[0].rate_deg_s).all()
+    assert np.isnan(drop.joint[2].sensor_angle_deg).all(axis=0).tolist() == [False, True]
     with np.load(tmp_path / "SD.npz") as file:
-        assert np.isnan(file["rate_rad_s"]).all(axis=(0, 2)).tolist() == [False, True, False, False]
+        assert np.isnan(file["rate_deg_s"]).all(axis=(0, 2)).tolist() == [False, True, False, False]
 
 
 def test_a_recording_too_long_for_a_mat_file_is_refused(

@@ -247,11 +247,11 @@ def _write_npz(flight: Flight, path: Path, metadata: Mapping[str, Any]) -> None:
         "base_quaternion_xyzw": flight.quaternion_xyzw,
         "momentum_kg_m2_s": flight.momentum(),
         "kinetic_energy_j": flight.kinetic_energy_j(),
-        "theta_rad": flight.angles_rad,
-        "theta_rate_rad_s": flight.angle_rates_rad_s,
+        "theta_deg": np.rad2deg(flight.angles_rad),
+        "theta_rate_deg_s": np.rad2deg(flight.angle_rates_rad_s),
         "body_quaternion_xyzw": Rotation.from_matrix(attitudes.reshape(-1, 3, 3)).as_quat().reshape(m, n, 4),
-        "body_euler_zyx_rad": euler_zyx_rad(attitudes),
-        "body_rate_rad_s": body_rates_rad_s(flight),
+        "body_euler_zyx_deg": np.rad2deg(euler_zyx_rad(attitudes)),
+        "body_rate_deg_s": np.rad2deg(body_rates_rad_s(flight)),
         "metadata": np.array(json.dumps(metadata)),
     }
     # As `numpy.savez` does it, but with a comment by which such a file is known as our own.

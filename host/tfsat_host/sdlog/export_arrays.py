@@ -1,7 +1,7 @@
 """Arrays: NPZ, and MATLAB's MAT-file, with the recording's metadata.
 
-NPZ holds the arrays of `DropLog` in SI units. The MAT-file has one struct `drop`, time down the rows, one element of a
-struct array a body and a joint. Every number in it is a double, as MATLAB's own are: its integers round quotients
+Units are those of the CSV, each in its name: degrees and deg/s, m/s², °C. The MAT-file has one struct `drop`, time
+down the rows, one element of a struct array a body and a joint. Every number in it is a double, as MATLAB's own are: its integers round quotients
 (`diff(t_us)/1e6` would be 0) and do not mix with each other. Times in µs and counts are exact in a double up to 2^53.
 """
 
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
@@ -31,15 +32,17 @@ _COLUMNS = (
     "sample_index",
     "t_us",
     "t_s",
-    "rate_rad_s",
+    "rate_deg_s",
     "specific_force_m_s2",
     "temperature_c",
-    "sensor_angle_rad",
+    "sensor_angle_deg",
     "imu_valid",
     "angle_valid",
     "switch_open",
     "clipped",
 )
+_IN_RADIANS = {"rate_deg_s": "rate_rad_s", "sensor_angle_deg": "sensor_angle_rad"}
+"""The attribute of `DropLog` that an exported column in degrees is made of."""
 # Length of the descriptive text that opens a version 5 MAT-file.
 _TEXT_BYTES = 116
 _MAX_BYTES = 2**31 - 2**20
@@ -79,7 +82,7 @@ def _member(archive: zipfile.ZipFile, name: str) -> IO[bytes]:
 def _write_column(log: DropLog, name: str, member: IO[bytes]) -> None:
     """Some rows at a time: what is computed stays in the processor's cache, and is not kept."""
     for start in range(0, len(log), _ROWS_AT_A_TIME):
-        part = np.ascontiguousarray(getattr(rows_of(log, slice(start, start + _ROWS_AT_A_TIME)), name))
+        part = np.ascontiguousarray(_column(rows_of(log, slice(start, start + _ROWS_AT_A_TIME)), name))
         # NPY's header tells the whole shape first; the trailing dimensions are those of any part.
         if start == 0:
             shape = (len(log), *part.shape[1:])
@@ -87,6 +90,12 @@ def _write_column(log: DropLog, name: str, member: IO[bytes]) -> None:
                 member, {"descr": part.dtype.str, "fortran_order": False, "shape": shape}
             )
         member.write(part.data)
+
+
+def _column(log: DropLog, name: str) -> NDArray[Any]:
+    """Return a column under its exported name, in its exported unit."""
+    in_radians = _IN_RADIANS.get(name)
+    return np.asarray(getattr(log, name) if in_radians is None else np.rad2deg(getattr(log, in_radians)))
 
 
 def write_mat(log: DropLog, path: Path) -> None:
@@ -115,11 +124,12 @@ def write_mat(log: DropLog, path: Path) -> None:
 
 
 def drop_struct(log: DropLog) -> dict[str, Any]:
-    """`drop.t_s`, `drop.imu(i).rate_rad_s` (n by 3), `drop.joint(j).sensor_angle_rad` (n by 2), …"""
+    """`drop.t_s`, `drop.imu(i).rate_deg_s` (n by 3), `drop.joint(j).sensor_angle_deg` (n by 2), …"""
+    rate_deg_s, angle_deg = _column(log, "rate_deg_s"), _column(log, "sensor_angle_deg")
     imu = np.empty(IMU_COUNT, object)
     for i in range(IMU_COUNT):
         imu[i] = {
-            "rate_rad_s": log.rate_rad_s[:, i],
+            "rate_deg_s": rate_deg_s[:, i],
             "specific_force_m_s2": log.specific_force_m_s2[:, i],
             "temperature_c": log.temperature_c[:, i],
             "valid": log.imu_valid[:, i],
@@ -128,7 +138,7 @@ def drop_struct(log: DropLog) -> dict[str, Any]:
     joint = np.empty(JOINT_COUNT, object)
     for j in range(JOINT_COUNT):
         pair = slice(SENSORS_PER_JOINT * j, SENSORS_PER_JOINT * (j + 1))
-        joint[j] = {"sensor_angle_rad": log.sensor_angle_rad[:, pair], "valid": log.angle_valid[:, pair]}
+        joint[j] = {"sensor_angle_deg": angle_deg[:, pair], "valid": log.angle_valid[:, pair]}
     return {
         # Integers as doubles: exact up to 2^53, and MATLAB's integer arithmetic would round quotients.
         "sample_index": log.sample_index.astype(float),

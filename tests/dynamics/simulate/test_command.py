@@ -153,10 +153,10 @@ def test_the_npz_is_in_si_units_with_its_metadata(tfsat_host: RunCli, five: Path
     result = tfsat_host.json("simulate", "--file", file, "--robot", five, "--out", "m.npz")
     with np.load(tfsat_host.folder / "m.npz") as archive:
         m = len(archive["t_s"])
-        assert archive["theta_rad"].shape == (m, 4)
-        assert archive["theta_rad"].max() == pytest.approx(np.pi / 4)
+        assert archive["theta_deg"].shape == (m, 4)
+        assert archive["theta_deg"].max() == pytest.approx(45.0)
         # SI units and the shapes of the documentation.
-        assert archive["body_rate_rad_s"].shape == archive["body_euler_zyx_rad"].shape == (m, 5, 3)
+        assert archive["body_rate_deg_s"].shape == archive["body_euler_zyx_deg"].shape == (m, 5, 3)
         assert archive["body_quaternion_xyzw"].shape == (m, 5, 4)
         assert json.loads(str(archive["metadata"]))["robot"] == result["robot"]
 
