@@ -219,7 +219,7 @@ lock: python  ## choose new versions of all dependencies and write requirements.
 	$(call say,locking dependencies)
 	@[ -x build/lock/bin/uv ] || { $(MAKE_VENV) build/lock && build/lock/bin/pip install -qq uv; }
 	@build/lock/bin/uv pip compile --no-config --quiet --upgrade --universal --python-version 3.11 \
-	  --generate-hashes --no-emit-index-url --extra dev --extra figures --extra parquet --extra mcap --extra dask --extra simulators --extra ferraris --extra guide \
+	  --generate-hashes --no-emit-index-url --extra dev --extra figures --extra parquet --extra pandas --extra xarray --extra mcap --extra dask --extra simulators --extra ferraris --extra guide \
 	  --custom-compile-command "make lock" -o requirements.lock pyproject.toml
 	@! grep -n '://' requirements.lock || { echo "Error: requirements.lock names a host" >&2; exit 1; }
 

@@ -43,6 +43,11 @@ class NextStep:
         return " ".join(("tfsat-host", self.command, *map(shlex.quote, self.arguments)))
 
 
+def install_extra(name: str) -> str:
+    """Return the command that installs an extra wherever tfsat-host itself is installed, from a checkout or a wheel."""
+    return f"python -m pip install 'tfsat-host[{name}]'"
+
+
 class Advice(str):
     """A text for people, made of words and commands; as a string, the commands are as their author wrote them.
 

@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import install_extra
 
 MODULE = "matplotlib"
 
@@ -29,7 +30,7 @@ def check_matplotlib(option: str, instead: str) -> None:
         raise MissingMatplotlibError(
             what=f"{option} needs matplotlib, which is not installed.",
             meaning="Nothing was drawn or written.",
-            next_step=f"In tfsat's folder: python -m pip install '.[figures]'; or {instead}.",
+            next_step=f"{install_extra('figures')}; or {instead}.",
         )
 
 

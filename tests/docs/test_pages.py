@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ast
+import json
 import re
 import warnings
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -138,6 +141,28 @@ def test_the_python_examples_run_one_after_the_other(
     angle_rad, std_rad = map(float, capsys.readouterr().out.splitlines()[0].split())
     assert angle_rad == pytest.approx(0.48, abs=0.1)
     assert 0.0 < std_rad < 0.02
+
+
+def test_the_notebook_runs_and_shows_the_drop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run its cells as a kernel does: what stands last in one is shown."""
+    notebook = json.loads(_text("drop.ipynb"))
+    keep_evaluations(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    run_folder(tmp_path / "run")
+    names: dict[str, Any] = {}
+    shown: list[Any] = []
+    for cell in (cell for cell in notebook["cells"] if cell["cell_type"] == "code"):
+        *statements, last = ast.parse("".join(cell["source"])).body
+        exec(compile(ast.Module(statements, []), "drop.ipynb", "exec"), names)
+        assert isinstance(last, ast.Expr)
+        shown.append(eval(compile(ast.Expression(last.value), "drop.ipynb", "eval"), names))
+    drop, evaluation, *_, table = shown
+    assert "<td>Reorientation</td>" in drop._repr_html_()
+    # Of one screen, not of all that they hold.
+    assert max(len(repr(thing).splitlines()) for thing in (drop, evaluation)) <= 40
+    assert max(len(line) for line in repr(evaluation).splitlines()) <= 120
+    assert table.shape == (8, 3)
 
 
 def test_the_sketches_need_what_the_flashing_page_says() -> None:

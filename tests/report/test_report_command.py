@@ -149,7 +149,7 @@ def test_what_is_refused_before_anything_is_evaluated(run: Path, monkeypatch: py
     monkeypatch.setitem(extras.MODULES, "mcap", ("a_module_that_nobody_has",))
     for extra in ("figures", "mcap"):
         output = command("report", "run", f"--{extra}=somewhere", expect=1)
-        assert f"python -m pip install '.[{extra}]'" in output.err and "Evaluating" not in output.err
+        assert f"python -m pip install 'tfsat-host[{extra}]'" in output.err and "Evaluating" not in output.err
     assert sorted(path.name for path in Path().iterdir()) == ["empty", "hollow", "run", "there"]
     assert not (run / "report.html").exists()
 

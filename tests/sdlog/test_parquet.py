@@ -145,7 +145,7 @@ def test_missing_extra(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     log = load(write(tmp_path / "SD.bin", recording(2).image()))
     with pytest.raises(MissingExtraError) as caught:
         write_decoded(log, tmp_path / "SD", ("csv", name), force=False)
-    assert caught.value.next_step == f"In tfsat's folder: python -m pip install '.[{name}]'"
+    assert caught.value.next_step == f"python -m pip install 'tfsat-host[{name}]'"
     assert [path.name for path in tmp_path.iterdir()] == ["SD.bin"]
     # Formats that need nothing can be written, and looking for what stands there needs no extra either.
     write_decoded(log, tmp_path / "SD", [other for other in FORMATS if other != name], force=False)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import FloatArray, describe_fields
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import BIAS, SCALE, SHARED, GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
@@ -70,6 +70,8 @@ class CalibratedSamples:
     joint_angle_rad: FloatArray
     joint_angle_std_rad: FloatArray
     clipped: NDArray[np.bool_]
+
+    __repr__ = describe_fields
 
 
 def apply_calibration(counts: Counts, calibration: Calibration, model: RobotModel) -> CalibratedSamples:

@@ -127,10 +127,9 @@ def _show_list(campaign: CampaignList, out: Output) -> None:
 
 def _report(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.run.campaign.campaign_report import REPORT, report
-    from tfsat_host.run.files import EvaluationOptions
 
-    options = EvaluationOptions(robot=args.robot, laser=args.laser, facility=args.facility)
-    campaign_report = report(args.dir, options, args.out, force=args.force, notices=out)
+    given = {"laser": args.laser, "facility": args.facility, "force": args.force}
+    campaign_report = report(args.dir, args.robot, args.out, notices=out, **given)
     out.result(record(REPORT, campaign_report), lambda: _show_report(campaign_report, out))
     return _warn_and_exit_code(campaign_report.findings, out) or (
         0 if campaign_report.good else ExitCode.DATA_LOSS

@@ -14,7 +14,7 @@ from datetime import datetime
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import FloatArray, describe_fields
 from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
@@ -149,6 +149,8 @@ class Evaluation:
     withheld: Mapping[str, str] = field(default_factory=dict)
     widest: float = 1.0
     left_out: SensorColumn | None = None
+
+    __repr__ = describe_fields
 
     def is_given(self, *results: str) -> bool:
         """Return whether none of these results is withheld.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from tfsat_host import __version__
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.next_step import install_extra
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.plan.study import Outcomes, Study, run_chunk, run_locally
 
@@ -74,7 +75,7 @@ def run_on_cluster(
         raise ClusterError(
             what="--dask needs the library distributed, which is not installed.",
             meaning=_NOTHING,
-            next_step=f"In tfsat's folder: python -m pip install '.[dask]'; or {_LOCALLY}.",
+            next_step=f"{install_extra('dask')}; or {_LOCALLY}.",
         )
     _check_address(address)
     with _connect(address) as client, client.as_current():

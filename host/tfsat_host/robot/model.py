@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tfsat_host.arrays import FloatArray, IntArray
+from tfsat_host.arrays import FloatArray, IntArray, describe_fields
 from tfsat_host.errors import UsageError
 
 
@@ -249,6 +249,8 @@ class RobotModel:
     imus: tuple[Imu, ...]
     angle_sensors: tuple[AngleSensor, ...]
     uncertainty: Uncertainty | None
+
+    __repr__ = describe_fields
 
     @property
     def n_bodies(self) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from html import escape
 from pathlib import Path
 
 from tfsat_host import __version__
@@ -15,6 +16,7 @@ from tfsat_host.evaluation.camera import read_tracks, read_video_marks
 from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.result.evaluation_tables import EVALUATION
+from tfsat_host.evaluation.result.key_numbers import key_numbers_of
 from tfsat_host.evaluation.verdict import VERDICT, Verdict, verdict_of
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
@@ -85,6 +87,21 @@ class EvaluatedRun:
     verdict: Verdict
     remarks: tuple[str, ...]
     options: EvaluationOptions = AS_FOUND
+
+    def __repr__(self) -> str:
+        """Return the verdict and the key numbers, a line each."""
+        numbers = key_numbers_of(self.found)
+        lines = [f"  {number.label}: {number.text()} {number.unit}".rstrip() for number in numbers]
+        return "\n".join((f"<EvaluatedRun {str(self.place)!r}: {self.verdict.line()}", *lines)) + ">"
+
+    def _repr_html_(self) -> str:
+        """Return the same as a table, for notebooks."""
+        rows = "".join(
+            f"<tr><td>{escape(number.label)}</td><td style='text-align:right'>{escape(number.text())}</td>"
+            f"<td>{escape(number.unit)}</td><td>{escape(number.note)}</td></tr>"
+            for number in key_numbers_of(self.found)
+        )
+        return f"<p><b>{escape(self.verdict.line())}</b> ({escape(str(self.place))})</p><table>{rows}</table>"
 
 
 EVALUATED_RUN: Columns = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,10 @@ from .header import MIN_WALL_CLOCK_US, temperature_scales
 from .ledger import Gap
 from .recordings import ChosenBy, Recording, SetAside
 from .release import Release
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 Verdict = Literal["complete", "truncated", "damaged"]
 EVENT_COLUMNS = ("t_us", "t_s", "event", "index", "arg", "value")
@@ -114,6 +118,18 @@ class DropLog:
             f"<DropLog {self.session:08x}: {self.verdict}, {len(self)} samples at {self.rate_hz:.2f} Hz, "
             f"{self.samples_lost} lost, {str(self.path)!r}>"
         )
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """See `frames.to_dataframe`. Raises MissingExtraError."""
+        from .frames import to_dataframe
+
+        return to_dataframe(self)
+
+    def to_xarray(self) -> xr.Dataset:
+        """See `frames.to_xarray`. Raises MissingExtraError."""
+        from .frames import to_xarray
+
+        return to_xarray(self)
 
     @property
     def is_emulated(self) -> bool:

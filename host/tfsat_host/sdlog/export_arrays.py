@@ -1,8 +1,9 @@
 """Arrays: NPZ, and MATLAB's MAT-file, with the recording's metadata.
 
 Units are those of the CSV, each in its name: degrees and deg/s, m/s², °C. The MAT-file has one struct `drop`, time
-down the rows, one element of a struct array a body and a joint. Every number in it is a double, as MATLAB's own are: its integers round quotients
-(`diff(t_us)/1e6` would be 0) and do not mix with each other. Times in µs and counts are exact in a double up to 2^53.
+down the rows, one element of a struct array a body and a joint. Every number in it is a double, as MATLAB's own are:
+its integers round quotients (`diff(t_us)/1e6` would be 0) and do not mix with each other. Times in µs and counts are
+exact in a double up to 2^53.
 """
 
 from __future__ import annotations
@@ -82,7 +83,9 @@ def _member(archive: zipfile.ZipFile, name: str) -> IO[bytes]:
 def _write_column(log: DropLog, name: str, member: IO[bytes]) -> None:
     """Some rows at a time: what is computed stays in the processor's cache, and is not kept."""
     for start in range(0, len(log), _ROWS_AT_A_TIME):
-        part = np.ascontiguousarray(_column(rows_of(log, slice(start, start + _ROWS_AT_A_TIME)), name))
+        part = np.ascontiguousarray(
+            exported_column(rows_of(log, slice(start, start + _ROWS_AT_A_TIME)), name)
+        )
         # NPY's header tells the whole shape first; the trailing dimensions are those of any part.
         if start == 0:
             shape = (len(log), *part.shape[1:])
@@ -92,7 +95,7 @@ def _write_column(log: DropLog, name: str, member: IO[bytes]) -> None:
         member.write(part.data)
 
 
-def _column(log: DropLog, name: str) -> NDArray[Any]:
+def exported_column(log: DropLog, name: str) -> NDArray[Any]:
     """Return a column under its exported name, in its exported unit."""
     in_radians = _IN_RADIANS.get(name)
     return np.asarray(getattr(log, name) if in_radians is None else np.rad2deg(getattr(log, in_radians)))
@@ -125,7 +128,7 @@ def write_mat(log: DropLog, path: Path) -> None:
 
 def drop_struct(log: DropLog) -> dict[str, Any]:
     """`drop.t_s`, `drop.imu(i).rate_deg_s` (n by 3), `drop.joint(j).sensor_angle_deg` (n by 2), …"""
-    rate_deg_s, angle_deg = _column(log, "rate_deg_s"), _column(log, "sensor_angle_deg")
+    rate_deg_s, angle_deg = exported_column(log, "rate_deg_s"), exported_column(log, "sensor_angle_deg")
     imu = np.empty(IMU_COUNT, object)
     for i in range(IMU_COUNT):
         imu[i] = {

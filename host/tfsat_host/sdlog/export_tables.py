@@ -195,6 +195,12 @@ def write_parquet(log: DropLog, path: Path) -> None:
             writer.write_table(pa.Table.from_arrays(columns, schema=schema), row_group_size=_ROW_GROUP)
 
 
+def unit_of_column(name: str) -> str:
+    """Return the unit that the end of a column's name tells; empty for what has none."""
+    # The first suffix that fits decides: `_deg_s` stands before `_s` in _UNITS.
+    return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "")
+
+
 def write_events_parquet(log: DropLog, path: Path) -> None:
     """Write one row an event, by time; index, arg and value as in the protocol's EventCode.
 
@@ -235,11 +241,6 @@ def _writer(
         ) as writer,
     ):
         yield writer
-        # The first suffix that fits decides: `_deg_s` stands before `_s` in _UNITS.
-        units = {
-            name: next(unit for ending, unit in _UNITS.items() if name.endswith(ending))
-            for name in schema.names
-            if name.endswith(tuple(_UNITS))
-        }
+        units = {name: unit for name in schema.names if (unit := unit_of_column(name))}
         facts = record(METADATA, log) | {"units": units, "made": PARQUET_MARKER.decode()}
         writer.add_key_value_metadata({METADATA_KEY: json.dumps(facts)})

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.next_step import Advice, NextStep, install_extra
 
 LOOK_AGAIN = Advice(
     "Copy the recording (DROP0001.BIN and up) off the card once more and decode the copy: ",
@@ -14,6 +14,8 @@ LOOK_AGAIN = Advice(
 )
 MODULES = {
     "parquet": ("pyarrow",),
+    "pandas": ("pandas",),
+    "xarray": ("xarray",),
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),
 }
 """What each extra brings, by the extra's name, which is the format's name too."""
@@ -78,5 +80,5 @@ def check_extra(name: str) -> None:
         raise MissingExtraError(
             what=f"The format {name} needs {missing[0]}, which is not installed.",
             meaning="Nothing was written; the recording is untouched.",
-            next_step=f"In tfsat's folder: python -m pip install '.[{name}]'",
+            next_step=install_extra(name),
         )

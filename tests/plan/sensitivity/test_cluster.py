@@ -107,7 +107,7 @@ def test_without_the_extra_it_says_what_to_install(
     monkeypatch.setattr(on_cluster, "find_spec", lambda _name: None)
     with pytest.raises(on_cluster.ClusterError) as caught:
         on_cluster.run_on_cluster(study_of(robot, EXACT, samples=2), "tcp://127.0.0.1:8786")
-    assert "python -m pip install '.[dask]'" in caught.value.next_step
+    assert "python -m pip install 'tfsat-host[dask]'" in caught.value.next_step
 
 
 def test_the_command_loads_dask_only_when_asked(tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ from datetime import datetime, timedelta
 from typing import Literal
 
 from tfsat_host import __version__
+from tfsat_host.arrays import describe_fields
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
@@ -117,6 +118,8 @@ class Calibration:
     logger_image: str | None = None
     simulated_quantities: tuple[str, ...] = ()
     servo_dynamics: tuple[MeasuredDynamics, ...] = ()
+
+    __repr__ = describe_fields
 
     @property
     def last_landing(self) -> datetime | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray, describe_fields
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model, widen_fit
 from tfsat_host.evaluation.com_fit.momentum_residual import (
@@ -122,6 +122,8 @@ class ModelComparison:
     fit: ModelFit
     nominal: ComparedModel
     fitted: ComparedModel
+
+    __repr__ = describe_fields
 
     @property
     def nominal_explains(self) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray, describe_fields
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.low_pass import LowPass
@@ -39,6 +39,8 @@ class Motion:
     solved: FusionSolution
     joints: tuple[JointMotion, ...]
     bodies: tuple[BodyMotion, ...]
+
+    __repr__ = describe_fields
 
     @property
     def t_s(self) -> FloatArray:

@@ -28,7 +28,7 @@ from tfsat_host.run.drop_report import (
     explain_absence,
     report_drop,
 )
-from tfsat_host.run.files import AS_FOUND, EMULATED, EvaluationOptions
+from tfsat_host.run.files import EMULATED, EvaluationOptions
 
 _SHOWN = 8
 _Key = tuple[DroppedRobot, str]
@@ -174,9 +174,11 @@ REPORT: Columns = (
 
 def report(
     folder: Path,
-    options: EvaluationOptions = AS_FOUND,
+    robot: Path | None = None,
     page: Path | None = None,
     *,
+    laser: Path | None = None,
+    facility: Path | None = None,
     force: bool = False,
     notices: Notices = SILENT,
 ) -> CampaignReport:
@@ -186,8 +188,9 @@ def report(
 
     Args:
         folder: Of the campaign.
-        options: Of all drops. A robot of None is each drop's own, else the drop tower's; `laser` is the name of a file
-            in each drop's folder, and a drop without it is evaluated without.
+        robot: A robot file, or the name of a shipped one; None: each drop's own, else the drop tower's.
+        laser: Name of a file in each drop's folder with its laser spots; a drop without it is evaluated without.
+        facility: For the release velocity; None: COSMOTORRE's.
         page: The page; None: in the campaign's folder.
         force: Whether a page that no report made may be overwritten.
         notices: For progress.
@@ -203,9 +206,10 @@ def report(
     report_options = ReportOptions(page or folder / PAGE, force=force)
     files = ReportFiles.of([_recording_file(folder, drop) for drop in present], None, report_options)
     files.check()
+    options = EvaluationOptions(robot=robot, laser=laser, facility=facility)
     options.check([folder])
-    if options.robot is not None:
-        drop_evaluation.robot_of(options.robot)  # one that cannot be read is no drop's fault
+    if robot is not None:
+        drop_evaluation.robot_of(robot)  # one that cannot be read is no drop's fault
     tried = [TriedDrop(drop, _try_evaluation(drop, folder, options, notices)) for drop in present]
     # Offsets are of one robot and its file: only drops that share both are combined.
     robots = by_robot([(drop.entry.number, drop.evaluation) for drop in tried if drop.evaluation])
