@@ -15,6 +15,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PYTHONDONTWRITEBYTECODE :=
 # The same lock in the same place means the same environment, however new the files look.
 LOCKED = $$(cksum <requirements.lock) $(CURDIR)
+LOCKED_RUNTIME = $$(cksum <requirements-runtime.lock) $(CURDIR)
 PACKAGED = $$(cksum <pyproject.toml)
 
 # Bold where a person reads it, plain in files and pipes.
@@ -30,7 +31,7 @@ help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
 
 .PHONY: demo
-demo: compiler venv  ## a whole drop on the desk: rehearsed, evaluated, reported, bundled, reproduced (Python, C++ compiler)
+demo: compiler runtime  ## a whole drop on the desk: rehearsed, evaluated, reported, bundled, reproduced (Python, C++ compiler)
 	$(call say,building the emulated robot)
 	@$(BIN)/python -m tfsat_host.emulated.build >/dev/null
 	$(call say,rehearsing 59/70: from the upload to the report)
@@ -221,7 +222,21 @@ lock: python  ## choose new versions of all dependencies and write requirements.
 	@build/lock/bin/uv pip compile --no-config --quiet --upgrade --universal --python-version 3.11 \
 	  --generate-hashes --no-emit-index-url --extra dev --extra figures --extra parquet --extra pandas --extra xarray --extra mcap --extra dask --extra simulators --extra ferraris --extra guide \
 	  --custom-compile-command "make lock" -o requirements.lock pyproject.toml
-	@! grep -n '://' requirements.lock || { echo "Error: requirements.lock names a host" >&2; exit 1; }
+	@build/lock/bin/uv pip compile --no-config --quiet --universal --python-version 3.11 --constraint requirements.lock \
+	  --generate-hashes --no-emit-index-url --extra editable \
+	  --custom-compile-command "make lock" -o requirements-runtime.lock pyproject.toml
+	@! grep -n '://' requirements.lock requirements-runtime.lock || { echo "Error: a lock names a host" >&2; exit 1; }
+
+# What the commands need and no more: for `make demo`. An environment of `make venv` has it all.
+.PHONY: runtime
+runtime: python
+	@[ "$$(cat $(VENV)/locked 2>/dev/null)" = "$(LOCKED)" ] || \
+	  [ "$$(cat $(VENV)/runtime 2>/dev/null)" = "$(LOCKED_RUNTIME)" ] || { set -e; \
+	  echo "== environment: installing $$(grep -c '==' requirements-runtime.lock) locked packages into $(VENV)"; \
+	  $(MAKE_VENV) $(VENV); \
+	  $(BIN)/python -m pip install $$([ -t 1 ] || echo -qq) --require-hashes -r requirements-runtime.lock; \
+	  $(BIN)/python -m pip install -qq --no-deps --no-build-isolation -e .; \
+	  echo "$(LOCKED_RUNTIME)" >$(VENV)/runtime; }
 
 .PHONY: venv
 venv: python
