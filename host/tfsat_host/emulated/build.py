@@ -15,11 +15,13 @@ import os
 import shlex
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import install_extra
 from tfsat_host.user_folders import cache_folder
 
 Progress = Callable[[str], None]
@@ -118,7 +120,7 @@ def _sources(root: Path, variant: Variant) -> list[Path]:
     return sorted(paths)
 
 
-def _digest(root: Path, variant: Variant, compiler: str) -> str:
+def _digest(root: Path, variant: Variant, compiler: Sequence[str]) -> str:
     digest = hashlib.sha256(repr((variant, compiler, _FLAGS, sys.platform)).encode())
     folders = [root / "tools" / "emulator" / "src"]
     folders += [root / "firmware" / sketch / "src" for sketch in ("arduino_sequencer", "teensy_logger")]
@@ -130,18 +132,22 @@ def _digest(root: Path, variant: Variant, compiler: str) -> str:
     return digest.hexdigest()[:16]
 
 
-def _compiler() -> str:
+def _compiler() -> tuple[str, ...]:
+    """Return the command of a C++ compiler: the system's, else that of the extra `compiler`. Raises BuildError."""
     for name in (os.environ.get("CXX"), "c++", "g++", "clang++"):
         if name and shutil.which(name):
-            return name
+            return (name,)
+    if find_spec("ziglang") is not None:
+        return (sys.executable, "-m", "ziglang", "c++")
     raise BuildError(
         what="No C++ compiler was found.",
         meaning="The emulated robot cannot be built; commands for real boards work without it.",
-        next_step="Install g++ (Debian: apt install g++; macOS: xcode-select --install), or set CXX.",
+        next_step=f"{install_extra('compiler')}\n"
+        "Or install the system's (Debian: apt install g++; macOS: xcode-select --install), or set CXX.",
     )
 
 
-def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Path) -> None:
+def _build(compiler: Sequence[str], variant: Variant, sources: Iterable[Path], library: Path) -> None:
     """Compiles and links in a scratch folder, then moves the library into place, its stamp last."""
     import tempfile
     from concurrent.futures import ThreadPoolExecutor  # all that a library in the cache need not wait for
@@ -154,7 +160,9 @@ def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Pa
         def compile_one(numbered: tuple[int, Path]) -> Path:
             number, source = numbered
             target = Path(scratch) / f"{number}.o"
-            _run([compiler, *_FLAGS, *variant.flags, *defines, "-c", str(source), "-o", str(target)], variant)
+            _run(
+                [*compiler, *_FLAGS, *variant.flags, *defines, "-c", str(source), "-o", str(target)], variant
+            )
             return target
 
         # Threads suffice: each only waits for a compiler's process.
@@ -163,7 +171,7 @@ def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Pa
         linked = Path(scratch) / library.name
         libraries = ("-lsimavr", "-lelf") if variant.avr else ()
         _run(
-            [compiler, "-shared", *variant.flags, *map(str, objects), "-o", str(linked), *libraries], variant
+            [*compiler, "-shared", *variant.flags, *map(str, objects), "-o", str(linked), *libraries], variant
         )
         stamp = Path(scratch) / _stamp(library).name
         stamp.write_text(_hash_of(linked), encoding="ascii")
