@@ -14,6 +14,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tests.emulated.served import TIMEOUT_S, Served
+from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.serial_ports import PortError, open_serial
 from tfsat_host.devices.transport import SerialTransport
@@ -188,8 +189,8 @@ def test_each_start_gives_other_sessions_unless_a_seed_is_given(
     assert session("--seed", "3") == session("--seed", "3")
 
 
-@pytest.mark.parametrize(("options", "draw_imperfections"), [((), draw), (("--as-built",), draw_as_built)])
-def test_as_built_serves_the_robot_that_nobody_has_calibrated(
+@pytest.mark.parametrize(("options", "draw_imperfections"), [((), draw_as_built), (("--exact",), draw)])
+def test_the_robot_as_built_is_served_unless_an_exact_one_is_asked_for(
     options: tuple[str, ...],
     draw_imperfections: Callable[[int], Imperfections],
     tmp_path: Path,
@@ -197,7 +198,7 @@ def test_as_built_serves_the_robot_that_nobody_has_calibrated(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with Served("--seed", "3", *options) as process:
-        assert process.announced["as_built"] is bool(options)
+        assert process.announced["as_built"] is not bool(options)
         assert process.control("wait 500ms") == ["ok"]  # the gyros' low-pass settles
         logger = LoggerClient.connect(SerialTransport(str(process.logger)))
         with logger.live() as scales:
@@ -208,6 +209,13 @@ def test_as_built_serves_the_robot_that_nobody_has_calibrated(
     readings_deg_s = np.array([imu.gyro for imu in first.decode().sample.imu]) / scales.gyro_lsb_per_deg_s
     # 0.3 deg/s: far above one reading's noise, far below most drawn biases.
     assert np.abs(readings_deg_s - bias_deg_s).max() < 0.3
+
+
+def test_a_calibration_made_with_emulated_is_of_the_served_robot(native: Served, tfsat_host: RunCli) -> None:
+    tfsat_host("calibrate", "bias", "--emulated", "--yes")
+    certificate = read_calibration(tfsat_host.folder / "calibration-emulated.toml")
+    identity = tfsat_host.json("status", "--port", native.logger)["logger"]["device"]
+    assert identity["serial"] == certificate.subject.logger_serial
 
 
 def test_a_killed_run_leaves_nothing_in_the_way(native: Served, tfsat_host: RunCli) -> None:

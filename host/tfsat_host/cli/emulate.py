@@ -33,7 +33,8 @@ _USAGE = f"""
 --dir D                   folder of ports, control socket, the boards' memories, card and SD.bin (default: robot)
 --sequencer {{native,avr}}  {SEQUENCER}
 --seed N                  of sensor errors and session ids (default: errors of 1)
---as-built                a robot before calibration: scale factors, servos off, too
+--exact                   scale factors, angle sensors and servos without errors; else it is the robot as built, that of
+                          calibrate --emulated
 --robot FILE              robot file (default: the drop tower robot)
 --for SECONDS             end after that much of the robot's time (default: Ctrl-C, or the control line quit)
 {OUTPUT}"""
@@ -89,7 +90,7 @@ def _robot(args: argparse.Namespace, model: RobotModel, before: Kept, out: Outpu
     from tfsat_host.emulated.emulated_robot import DEFAULT_SEED, EmulatedRobot
     from tfsat_host.emulated.imperfections import draw, draw_as_built
 
-    draw_imperfections = draw_as_built if args.as_built else draw
+    draw_imperfections = draw if args.exact else draw_as_built
     return EmulatedRobot(
         model,
         imperfections=draw_imperfections(DEFAULT_SEED if args.seed is None else args.seed),
@@ -113,7 +114,7 @@ def _announce(args: argparse.Namespace, folder: ServedFolder, out: Output) -> No
 In another terminal, while no board is plugged in:
   {NextStep("upload-sequence", ("59", "70"))}
 Ctrl-C ends it."""
-    out.result({**data, "image": args.sequencer, "seed": args.seed, "as_built": args.as_built}, text)
+    out.result({**data, "image": args.sequencer, "seed": args.seed, "as_built": not args.exact}, text)
     sys.stdout.flush()
 
 

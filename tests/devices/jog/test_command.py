@@ -35,7 +35,7 @@ def robot(
     Tests ask for the image in matters that the board alone decides.
     """
     monkeypatch.chdir(tmp_path)
-    with Served("--sequencer", getattr(request, "param", "native")) as process:
+    with Served("--exact", "--sequencer", getattr(request, "param", "native")) as process:
         process.control("hold 3")
         yield process
 
