@@ -23,7 +23,7 @@ def served_folders() -> list[Path]:
 
 
 @contextmanager
-def announced(folder: Path) -> Iterator[None]:
+def announce_served(folder: Path) -> Iterator[None]:
     """Let commands find the robot that is served in this folder."""
     try:
         note = state_folder() / "served" / str(os.getpid())

@@ -15,7 +15,7 @@ from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
-from tfsat_host.served_robots import announced
+from tfsat_host.served_robots import announce_served
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.emulated_robot import EmulatedRobot
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         stack.callback(server.close)
         control = ControlSocket(folder.control, server)
         stack.callback(control.close)
-        stack.enter_context(announced(folder.path))
+        stack.enter_context(announce_served(folder.path))
         # In order, even if the shell had them ignored.
         stack.enter_context(handle_signals(SIGNALS, lambda *_: server.stop()))
         _announce(args, folder, out)

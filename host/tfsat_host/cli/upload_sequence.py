@@ -189,7 +189,7 @@ def _show(result: UploadedSequence, out: Output) -> None:
     if result.tower:
         out.line(f"{result.tower}.")
     if result.device is None or result.upload is None:
-        verdict = "all checks passed, but see the warning" if result.doubtful else "all checks passed"
+        verdict = "the board would take it, but see the warning" if result.doubtful else "all checks passed"
         out.line(f"Dry run: {verdict}; nothing was sent.")
     else:
         already = "" if result.upload.written else " (unchanged)"

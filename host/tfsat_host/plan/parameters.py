@@ -270,12 +270,12 @@ class Parameters:
             acceleration,
         )
 
-    def history(self, vectors: FloatArray) -> JointHistory:
+    def history(self, vectors: FloatArray, motion: ServoMotion | None = None) -> JointHistory:
         """Build the joint history of robots with parameters (s, p) from the release to the time of the final attitude.
 
-        It lasts longer while joints still move.
+        It lasts longer while joints still move. `motion` is that of the same vectors, where it is known already.
         """
-        motion = self.motion(vectors)
+        motion = motion or self.motion(vectors)
         begin = np.zeros_like(motion.end_s[:1])
         end = np.maximum(motion.end_s.max(axis=0, keepdims=True), self.plan.until_s)
         # (m, s): each robot has breaks of its own, in equal number; pieces may have no length.

@@ -124,7 +124,7 @@ def run_chunk(study: Study, chunk: int) -> Outcomes:
     motion = parameters.motion(vectors)
     attitude, error_rad = final_attitudes(
         parameters.robots(vectors),
-        parameters.history(vectors),
+        parameters.history(vectors, motion),
         initial_rate_rad_s=parameters.initial_rate_rad_s,
     )
     count = len(study.deviates(chunk))
