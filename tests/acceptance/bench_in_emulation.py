@@ -27,7 +27,9 @@ def emulated_bench(faults: Sequence[str] = ()) -> Iterator[tuple[Bench, Emulated
         hands = EmulatedHands(robot, servos)
         silent = nullcontext(lambda _seconds: None)
         yield (
-            Bench(robot.model, sequencer, logger, hands, lambda: sequencer, lambda _what, _total: silent),
+            Bench(
+                robot.model, sequencer, logger, hands, lambda: sequencer, print, lambda _what, _total: silent
+            ),
             robot,
         )
 

@@ -92,6 +92,7 @@ class Bench:
         logger: Reads the sensors.
         hands: See there.
         reopen: Finds the sequencer again after its restart took the link. Raises TfsatError: it does not come back.
+        note: Tells the people something.
         progress: Shows that something goes on, given what and for how many seconds.
     """
 
@@ -100,6 +101,7 @@ class Bench:
     logger: LoggerClient
     hands: Hands
     reopen: Callable[[], JogClient]
+    note: Callable[[str], None]
     progress: Callable[[str, float], AbstractContextManager[Callable[[float], None]]]
 
     def read(self, duration_s: float) -> SensorSamples:

@@ -9,8 +9,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 
+import numpy as np
+
 from tfsat_host.acceptance.bench import Bench, Task
 from tfsat_host.acceptance.wires import STROKE_LINE_PINS
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.devices.board_errors import NoAnswer
 from tfsat_host.devices.sequencer import StoredManeuver, maneuver_from_board
 from tfsat_host.devices.serial_ports import PortError
@@ -31,6 +35,8 @@ RUN_POLL_S = 0.5
 AFTER_RUN_S = 2.0
 MAX_STROKE_RESIDUAL_S = 100e-6
 MAX_RELEASE_RESIDUAL_S = 1e-3
+MAX_MOVED_DEG = 10.0
+"""Of joints without servo power, while hands let go of the switches."""
 STROKE_DEG = 40.0
 PAPER_DEG = (59.0, 70.0)
 """The maneuver of the paper's drop: what a board flies that never received an upload."""
@@ -54,6 +60,16 @@ def check_time(bench: Bench) -> list[PreflightCheck]:
             lambda: _run(bench, schedule, Task.PRESS_BOTH_UNPOWERED),
             fetch_recording,
         )
+    angles = np.unwrap(SensorSamples.from_counts(Counts.from_log(log)).sensor_angle_rad, axis=0)
+    moved_deg = float(np.rad2deg(np.ptp(angles, axis=0).max()))
+    if moved_deg > MAX_MOVED_DEG:
+        return [
+            no_go(
+                f"Servo power was on: a joint moved by {moved_deg:.0f} deg in the loopback of time.",
+                "Switch S4 off, then repeat the step.",
+                moved_deg=moved_deg,
+            )
+        ]
     return judge_time(log, schedule)
 
 

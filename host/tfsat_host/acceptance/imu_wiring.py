@@ -170,7 +170,7 @@ def check_axes(
         answers: (4,) IMUs that count.
         model: The robot by design.
     """
-    wrong, tilts = [], []
+    wrong, tilts, turns = [], [], []
     for imu in np.flatnonzero(answers).tolist():
         up, about_x = (
             vectors[imu] / np.linalg.norm(vectors[imu]) for vectors in (up_m_s2, turned_about_x_rad)
@@ -179,6 +179,7 @@ def check_axes(
         mounted = max(_RIGHT_ANGLED, key=lambda rotation: (rotation @ up)[2] + (rotation @ about_x)[0])
         tilt = np.rad2deg(np.arccos(np.clip(min((mounted @ up)[2], (mounted @ about_x)[0]), -1.0, 1.0)))
         tilts.append(float(tilt))
+        turns.append(mounted @ np.round(model.imus[imu].sensor_to_body).T)
         if not np.array_equal(mounted, np.round(model.imus[imu].sensor_to_body)):
             axes = ", ".join(
                 f"its {axis} along body {_name_axis(mounted[:, k])}" for k, axis in enumerate("xyz")
@@ -189,6 +190,14 @@ def check_axes(
             )
         elif tilt > MAX_TILT_DEG:
             wrong.append(f"IMU {imu + 1} is tilted by {tilt:.0f} deg (limit {MAX_TILT_DEG:g})")
+    # All of them off by one rotation: rather the hands' than four mountings'.
+    alike = len(turns) > 1 and all(np.array_equal(turns[0], turn) for turn in turns)
+    if alike and not np.array_equal(turns[0], np.eye(3)):
+        about = _name_axis(turns[0].T @ np.array([1.0, 0.0, 0.0]))
+        wrong = [
+            f"all IMUs saw the robot tilt about body {about}, not x: repeat the step until its y axis points up; if it "
+            "did, every sensor_to_body is off by that rotation"
+        ]
     return judge(
         wrong,
         "IMU axes: {}.",

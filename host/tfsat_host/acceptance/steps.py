@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from typing import Final
 
 from tfsat_host.acceptance import angle_wiring, imu_wiring
 from tfsat_host.acceptance.bench import Bench, Task
 from tfsat_host.acceptance.bench_run import check_supply, check_time
+from tfsat_host.acceptance.hand_motion import find_opening_mistake, find_tilting_mistake
 from tfsat_host.acceptance.record import Acceptance, StepResult
 from tfsat_host.acceptance.servo_check import check_servos, closed_readings
 from tfsat_host.acceptance.switch_wiring import check_switches
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.errors import Interrupted, TfsatError, UsageError
 from tfsat_host.preflight.checks.card import judge_recording
 from tfsat_host.preflight.logger_queries import Trace, judge_trial, record_and_remove
@@ -22,6 +25,7 @@ from tfsat_host.protocol.limits import JOINT_COUNT, SWITCH_COUNT
 
 REST_S = 10.0
 MOTION_S = 8.0
+MAX_TRIES = 3
 CARD_S = 60.0
 Made = list[tuple[str, PreflightCheck]]
 
@@ -63,12 +67,11 @@ def _rest(bench: Bench, _before: Acceptance) -> Made:
 
 def _motion(bench: Bench, _before: Acceptance) -> Made:
     """Have each joint opened, then the robot tilted; read IMUs and angle sensors."""
-    joints = []
-    for joint in range(1, JOINT_COUNT + 1):
-        bench.hands.do(Task.OPEN_AND_CLOSE, joint)
-        joints.append(bench.read(MOTION_S))
-    bench.hands.do(Task.TILT)
-    tilt = bench.read(MOTION_S)
+    joints = [
+        _read_motion(bench, Task.OPEN_AND_CLOSE, joint, partial(find_opening_mistake, joint))
+        for joint in range(1, JOINT_COUNT + 1)
+    ]
+    tilt = _read_motion(bench, Task.TILT, 0, find_tilting_mistake)
     _, answers = imu_wiring.check_answers(tilt)
     still = tilt.t_s <= tilt.t_s[0] + angle_wiring.START_S
     travels = [angle_wiring.travel_deg(samples) for samples in joints]
@@ -87,6 +90,26 @@ def _motion(bench: Bench, _before: Acceptance) -> Made:
         ("imu-axes", imu_wiring.check_axes(up, about_x, answers, bench.robot)),
         *made,
     ]
+
+
+def _read_motion(
+    bench: Bench, task: Task, number: int, find_mistake: Callable[[SensorSamples], str]
+) -> SensorSamples:
+    """Have a motion done and read it, again where hands did not do what was asked. Raises TfsatError: too often."""
+    mistake = ""
+    for _ in range(MAX_TRIES):
+        if mistake:
+            bench.note(f"  {mistake}. Once more:")
+        bench.hands.do(task, number)
+        samples = bench.read(MOTION_S)
+        mistake = find_mistake(samples)
+        if not mistake:
+            return samples
+    raise TfsatError(
+        what=f"{mistake}.",
+        meaning="Nothing was concluded from the motions.",
+        next_step="Repeat the step.",
+    )
 
 
 def _switches(bench: Bench, _before: Acceptance) -> Made:

@@ -215,7 +215,7 @@ def _open_boards(args: argparse.Namespace, model: RobotModel, out: Output) -> It
         def reopen() -> JogClient:
             return _reopen(sequencer)
 
-        yield Bench(model, sequencer, logger, _TwoPeople(out), reopen, out.progress)
+        yield Bench(model, sequencer, logger, _TwoPeople(out), reopen, out.note, out.progress)
 
 
 def _reopen(before: JogClient) -> JogClient:
@@ -247,7 +247,13 @@ def _open_emulated(args: argparse.Namespace, model: RobotModel, out: Output) -> 
         sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         yield Bench(
-            model, sequencer, logger, EmulatedHands(robot, servo_faults), lambda: sequencer, out.progress
+            model,
+            sequencer,
+            logger,
+            EmulatedHands(robot, servo_faults),
+            lambda: sequencer,
+            out.note,
+            out.progress,
         )
 
 
