@@ -133,9 +133,12 @@ def test_an_interrupted_acceptance_resumes_at_its_step(
     # A key each: rest; then, at the first joint, stop.
     code, screen = people(b"\nq")
     assert code == 130
-    assert "2 of 8 steps are kept in acceptance.json" in screen
+    # Of an emulated robot's boards, whatever port they were found at.
+    assert "2 of 8 steps are kept in acceptance-emulated.json" in screen
     assert "tfsat-host acceptance" in screen
-    assert [step.name for step in read_acceptance(tmp_path / "acceptance.json").steps] == list(NAMES[:2])
+    assert [step.name for step in read_acceptance(tmp_path / "acceptance-emulated.json").steps] == list(
+        NAMES[:2]
+    )
     # Enter for each of the four motions, three switches, loopback, servos, three supplies.
     code, screen = people(b"\n" * 12)
     assert code == 0, screen

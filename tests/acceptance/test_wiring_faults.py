@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NoReturn
 
 import pytest
 
 from tests.acceptance.bench_in_emulation import NAMES, accept, emulated_bench
+from tfsat_host.acceptance.bench import StillArmed, Task
 from tfsat_host.acceptance.steps import STEPS, make_step
 from tfsat_host.acceptance.wiring_faults import WIRING_FAULTS, WiringFault
+from tfsat_host.devices.serial_ports import PortError, PortProblem
+from tfsat_host.emulated.emulated_robot import BoardIndex
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.preflight.preflight_check import go
 
@@ -100,6 +104,34 @@ def test_ctrl_c_leaves_nothing_armed_and_nothing_driven(step: str) -> None:
         assert bench.sequencer.read_back().strokes == held.strokes
         assert bench.logger.status().state.name in ("IDLE", "STOPPED")
         assert not robot.card_slot.files()
+
+
+def test_a_link_that_breaks_while_armed_ends_the_session_with_that_on_the_screen() -> None:
+    """A cable that is pulled does not disarm: whoever stands beside the robot must know."""
+    with emulated_bench() as (bench, robot):
+        before = accept(bench, ("boards", "switches"))
+
+        def never() -> NoReturn:
+            raise PortError(PortProblem.LOST, what="The connection was lost.", next_step="")
+
+        bench.reopen = never
+        press = bench.hands.do
+
+        class Hands:
+            def do(self, task: Task, number: int = 0) -> None:
+                if task is Task.LET_GO:
+                    robot.set_cable(BoardIndex.SEQUENCER, False)
+                else:
+                    press(task, number)
+
+        bench.hands = Hands()
+        with pytest.raises(StillArmed, match="could not be disarmed") as caught:
+            make_step(STEPS[NAMES.index("time")], bench, before)
+        assert "IT MAY STILL BE ARMED" in caught.value.meaning
+        assert "Cut its power" in caught.value.next_step
+        # True: nothing but its supply stops it now.
+        robot.set_cable(BoardIndex.SEQUENCER, True)
+        assert bench.sequencer.status().state.name == "ARMED"
 
 
 def test_a_recording_that_runs_is_not_touched() -> None:

@@ -13,8 +13,11 @@ from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import bodies
+from tfsat_host.devices.board_errors import NoAnswer
 from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.serial_ports import PortError
+from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
 
@@ -75,6 +78,10 @@ def describe_task(task: Task, number: int = 0) -> tuple[str, ...]:
     )
 
 
+class StillArmed(TfsatError):
+    """The sequencer could not be disarmed: the session ends, and this is the last thing on the screen."""
+
+
 class Hands(Protocol):
     """Whoever holds and moves robot and switches: two people, or a program."""
 
@@ -118,3 +125,19 @@ class Bench:
                 next_step=Advice("Switch it off and on; ", NextStep("status")),
             )
         return SensorSamples.from_counts(Counts.from_live(samples, scales))
+
+    def disarm(self) -> None:
+        """Disarm the sequencer, over a new link if the old one broke. Raises StillArmed: it may still be armed."""
+        try:
+            self.sequencer.disarm()
+        except (NoAnswer, PortError):
+            # A restart takes the USB link with it, and the bootloader keeps the port for 8 s.
+            try:
+                self.sequencer = self.reopen()
+                self.sequencer.disarm()
+            except TfsatError as error:
+                raise StillArmed(
+                    what=f"The sequencer could not be disarmed. {error.what}",
+                    meaning="IT MAY STILL BE ARMED, or drive a joint: keep hands off the joints.",
+                    next_step=Advice("Cut its power (S3, S4). Later: ", NextStep("disarm")),
+                ) from None

@@ -21,12 +21,12 @@ from tfsat_host.devices.serial_ports import PortError
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.clocks import CRYSTAL_PPM, align_clocks
 from tfsat_host.maneuver import Maneuver, Schedule, Stroke, four_stroke, schedule_maneuver
-from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.logger_queries import Trace, fetch_recording, record_and_remove
 from tfsat_host.preflight.preflight_check import PreflightCheck, go, judge, no_go
 from tfsat_host.protocol.enums import Origin, SequencerState
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.sdlog import DropLog
+from tfsat_host.servo_settings import ServoSettings
 
 HANDS_TIMEOUT_S = 60.0
 """For two hands to let go of both switches."""
@@ -187,7 +187,8 @@ def _run(bench: Bench, schedule: Schedule, task: Task, number: int = 0) -> None:
     Raises:
         BoardRefusal: ARM was refused.
         NoAnswer, PortError: the link broke; the sequencer was found again and disarmed.
-        TfsatError: nobody let go; or it could not be disarmed, and says so.
+        TfsatError: nobody let go.
+        StillArmed: it could not be disarmed.
     """
     bench.hands.do(task, number)
     bench.sequencer.arm()
@@ -204,23 +205,7 @@ def _run(bench: Bench, schedule: Schedule, task: Task, number: int = 0) -> None:
             bench.sequencer.wait(RUN_POLL_S)
         bench.sequencer.wait(schedule.end_s + AFTER_RUN_S)
     finally:
-        _disarm(bench)
-
-
-def _disarm(bench: Bench) -> None:
-    """Disarm, over a new link if the old one broke. Raises TfsatError: it may still be armed."""
-    try:
-        bench.sequencer.disarm()
-    except (NoAnswer, PortError):
-        try:
-            bench.sequencer = bench.reopen()
-            bench.sequencer.disarm()
-        except TfsatError as error:
-            raise error.with_words(
-                what=f"The sequencer could not be disarmed. {error.what}",
-                meaning="IT MAY STILL BE ARMED: keep hands off the joints and both switches pressed.",
-                next_step=Advice("Cut its power (S3, S4). Later: ", NextStep("disarm")),
-            ) from None
+        bench.disarm()
 
 
 @contextmanager
@@ -229,11 +214,19 @@ def _restoring(bench: Bench) -> Iterator[StoredManeuver]:
     stored, settings = bench.sequencer.read_back(), bench.sequencer.settings().settings
     try:
         yield stored
-    finally:
-        if bench.sequencer.settings().settings != settings:
-            bench.sequencer.write_settings(settings)
-        if bench.sequencer.read_back().crc != stored.crc:
-            bench.sequencer.upload(_schedule_of(stored))
+    except BaseException:
+        # What went wrong is graver than a maneuver that could not be put back: preflight compares that.
+        with suppress(TfsatError):
+            _put_back(bench, stored, settings)
+        raise
+    _put_back(bench, stored, settings)
+
+
+def _put_back(bench: Bench, stored: StoredManeuver, settings: ServoSettings) -> None:
+    if bench.sequencer.settings().settings != settings:
+        bench.sequencer.write_settings(settings)
+    if bench.sequencer.read_back().crc != stored.crc:
+        bench.sequencer.upload(_schedule_of(stored))
 
 
 def _schedule_of(stored: StoredManeuver) -> Schedule:

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Final
 
 from tfsat_host.acceptance import angle_wiring, imu_wiring
-from tfsat_host.acceptance.bench import Bench, Task
+from tfsat_host.acceptance.bench import Bench, StillArmed, Task
 from tfsat_host.acceptance.bench_run import check_supply, check_time
 from tfsat_host.acceptance.hand_motion import find_opening_mistake, find_tilting_mistake
 from tfsat_host.acceptance.record import Acceptance, StepResult
@@ -202,13 +202,16 @@ def make_step(step: AcceptanceStep, bench: Bench, before: Acceptance) -> StepRes
 
     Raises:
         Interrupted, KeyboardInterrupt: a person ended the session.
+        StillArmed: the sequencer could not be disarmed.
         UsageError: there is nobody to ask.
     """
     try:
         made = step.make(bench, before)
-    except (Interrupted, UsageError):
+    except (Interrupted, UsageError, StillArmed):
         raise
     except TfsatError as error:
+        # Whatever went wrong, nothing stays armed or driven while the next step is prepared.
+        bench.disarm()
         made = [(step.name, no_go(f"{step.title}: {error.what} {error.meaning}".rstrip(), error.next_step))]
     checks = tuple(replace(check, name=name) for name, check in made)
     return StepResult(step.name, datetime.now(UTC), checks)

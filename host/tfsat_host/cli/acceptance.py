@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.boards import open_jog_client, open_logger
+from tfsat_host.cli.boards import open_jog_client, open_logger, open_port
 from tfsat_host.cli.stopping import SIGNALS, handle_signals
 from tfsat_host.cli.usage import FORCE, add_options, device
 from tfsat_host.errors import Interrupted, TfsatError, UsageError
@@ -66,14 +66,16 @@ def run(args: argparse.Namespace, out: Output) -> int:
         faults = list(WIRING_FAULTS.values())
         out.result({"faults": records(FAULT, faults)}, lambda: show_rows(FAULT, faults, out))
         return 0
-    file = (args.out or Path()) / (EMULATED_FILE if args.emulated else FILE)
-    check_may_write(file, marker=MADE_BY.encode(), force=args.force)
     model = load_robot(args.robot)
     # A closed terminal or a `kill` is a Ctrl-C: the sequencer is disarmed, the joint let go.
     with (
         handle_signals(SIGNALS, signal.default_int_handler),
         (_open_emulated if args.emulated else _open_boards)(args, model, out) as bench,
     ):
+        # By the boards' own word: a served robot is found as boards are.
+        name = EMULATED_FILE if bench.logger.identity.runs_natively else FILE
+        file = (args.out or Path()) / name
+        check_may_write(file, marker=MADE_BY.encode(), force=args.force)
         acceptance = _begin(file, args, bench, out)
         acceptance = _do_steps(acceptance, file, bench, out)
     page = _write_page(acceptance, file)
@@ -213,20 +215,20 @@ def _open_boards(args: argparse.Namespace, model: RobotModel, out: Output) -> It
     with open_jog_client(args, out) as sequencer, open_logger(at_logger, out) as logger:
 
         def reopen() -> JogClient:
-            return _reopen(sequencer)
+            sequencer.close()
+            return _reopen(args, out)
 
         yield Bench(model, sequencer, logger, _TwoPeople(out), reopen, out.note, out.progress)
 
 
-def _reopen(before: JogClient) -> JogClient:
-    """Open the port of a sequencer that restarted. Raises TfsatError: it did not come back in time."""
+def _reopen(args: argparse.Namespace, out: Output) -> JogClient:
+    """Find a sequencer that restarted, under whatever port it comes back. Raises TfsatError: not in time."""
     from tfsat_host.devices.jogging import JogClient
-    from tfsat_host.devices.transport import SerialTransport
 
     deadline_s = time.monotonic() + REOPEN_TIMEOUT_S
     while True:
         try:
-            return JogClient.connect(SerialTransport(before.port))
+            return JogClient.connect(open_port("sequencer", args.port, out))
         except TfsatError:
             if time.monotonic() > deadline_s:
                 raise
