@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections import defaultdict
 from pathlib import Path
@@ -176,6 +177,24 @@ def test_what_a_failed_check_withholds_is_not_written(
     assert remaining_topics <= written and not any(name.startswith("/model_corrected/") for name in written)
     assert len(results) == 1 or written == remaining_topics
     assert "/body_1/imu" in names, "the recording itself is not withheld"
+
+
+def test_the_layout_for_foxglove_shows_what_is_in_the_file(topics: Topics) -> None:
+    """Each curve's topic and field are there; each panel that is configured stands in the layout."""
+    layout = json.loads((REPOSITORY / "docs" / "foxglove-layout.json").read_text(encoding="utf-8"))
+    panels = layout["configById"]
+    curves = [path["value"] for panel in panels.values() for path in panel.get("paths", ())]
+    assert len(curves) > 15
+    for curve in curves:
+        topic, *fields = curve.split(".")
+        value = topics[topic][0][1]
+        for name in fields:
+            value = getattr(value, name)
+        assert isinstance(value, float), curve
+    assert {"/evaluated/scene"} == set(panels["3D!tfsat"]["topics"]) <= set(topics)
+    assert panels["RosOut!words"]["topicToRender"] in topics
+    shown = re.findall(r'"(\w+!\w+)"', json.dumps(layout["layout"]))
+    assert sorted(shown) == sorted(panels)
 
 
 def test_every_topic_is_documented(topics: Topics) -> None:

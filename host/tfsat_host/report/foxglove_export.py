@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.evaluation.body_frames import WORLD, frame_name
 from tfsat_host.evaluation.com_fit.momentum_residual import inertial_momentum
 from tfsat_host.evaluation.evaluation import Evaluation
@@ -18,17 +17,8 @@ from tfsat_host.report.contents.charts import PER_KG_M2_S, averages_of, bodies_o
 from tfsat_host.report.contents.document_builder import ReportedDrop
 from tfsat_host.report.contents.event_marks import events_of
 from tfsat_host.report.contents.replay import body_poses, boxes_of
-from tfsat_host.sdlog.export_mcap import (
-    BodyFrames,
-    Channel,
-    Messages,
-    Rows,
-    Stamp,
-    frame_transforms,
-    kinds_of,
-    log_lines,
-    write_mcap,
-)
+from tfsat_host.sdlog.export_mcap import BodyFrames, Channel, Channels, write_mcap
+from tfsat_host.sdlog.protobuf_rows import FRAME_TRANSFORM, foxglove_kind, kinds_of, timestamp
 
 MARKER = b"made by tfsat-host report"
 """Stands in the file's first record: how the command knows its own."""
@@ -57,12 +47,12 @@ def write_evaluated_mcap(drop: ReportedDrop, path: Path) -> None:
         MissingExtraError: the extra `mcap` is not installed.
     """
 
-    def channels(stamp: Stamp) -> list[Channel]:
+    def channels(make: Channels) -> list[Channel]:
         # What a failed check withholds is not written; the words say which check that is.
-        evaluation, words = drop.evaluation, _words(drop, stamp)
+        evaluation, words = drop.evaluation, _words(drop, make)
         if not evaluation.is_given():
             return [words]
-        topics = [*_evaluation_channels(evaluation, stamp), _scene(evaluation, stamp), words]
+        topics = [*_evaluation_channels(evaluation, make), _scene(evaluation, make), words]
         fitted = f"/{CORRECTED}/"
         return [
             topic for topic in topics if evaluation.is_given("offsets") or not topic.topic.startswith(fitted)
@@ -71,13 +61,15 @@ def write_evaluated_mcap(drop: ReportedDrop, path: Path) -> None:
     write_mcap(drop.evaluation.log, path, BodyFrames((), (), (NOTE,)), channels, MARKER)
 
 
-def _evaluation_channels(evaluation: Evaluation, stamp: Stamp) -> Iterator[Channel]:
+def _evaluation_channels(evaluation: Evaluation, make: Channels) -> Iterator[Channel]:
     """Frames, attitudes, rates, joints, momenta and errors over time."""
     motion, explained = evaluation.motion, evaluation.explained
-    kinds = {**kinds_of("tfsat/evaluation.proto", _MESSAGES), "Frame": frame_transforms()}
+    kinds = {**kinds_of(_MESSAGES), "Frame": foxglove_kind("FrameTransform", FRAME_TRANSFORM)}
 
     def topic(name: str, kind: str, t_s: FloatArray, rows: FloatArray, **fixed: str) -> Channel:
-        return Channel.of(stamp, name, kinds[kind], partial(_rows, evaluation, t_s, rows), **fixed)
+        # Rows that are not finite are left out as a whole: Protobuf would show 0.
+        finite = np.isfinite(rows).all(axis=1)
+        return make.of_rows(name, kinds[kind], _t_us(evaluation, t_s[finite]), rows[finite], **fixed)
 
     moved, angles, kinematics = body_poses(evaluation), euler_angles(evaluation), explained.driven.flown
     # Two trees of frames under one world: the robot as it was measured, and the model as filed.
@@ -107,67 +99,67 @@ def _evaluation_channels(evaluation: Evaluation, stamp: Stamp) -> Iterator[Chann
         yield topic(f"/{place}/body_1/attitude_error", "EulerAngles", side.error.t_s, rows)
 
 
-def _rows(evaluation: Evaluation, t_s: FloatArray, rows: FloatArray) -> Rows:
-    """Yield time and values of each row, skipping rows that are not finite: Protobuf would show 0."""
-    # (n, k) to (n,): a row with one gap in it is left out as a whole.
-    finite_rows = np.isfinite(rows).all(axis=1)
-    yield from zip(_t_us(evaluation, t_s[finite_rows]), rows[finite_rows].tolist(), strict=True)
-
-
-def _t_us(evaluation: Evaluation, t_s: FloatArray) -> list[int]:
+def _t_us(evaluation: Evaluation, t_s: FloatArray) -> IntArray:
     """Convert times after the release to the logger's clock in whole microseconds, as they were recorded."""
-    return [int(value) for value in np.rint(t_s * 1e6).astype(np.int64) + evaluation.log.origin_us]
+    return np.asarray(np.rint(t_s * 1e6).astype(np.int64) + evaluation.log.origin_us)
 
 
-def _scene(evaluation: Evaluation, stamp: Stamp) -> Channel:
+def _scene(evaluation: Evaluation, make: Channels) -> Channel:
     """Build the channel with one scene message at the release: boxes on the bodies' frames.
 
     With them, a viewer shows more than axes.
     """
-    from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+    from foxglove import messages
 
-    def messages() -> Messages:
-        (release_us,) = _t_us(evaluation, np.zeros(1))
-        update = SceneUpdate()
-        for prefix, alpha in (("", 1.0), (f"{FILED}/", _GHOST_ALPHA)):
-            for body, name in enumerate(evaluation.model.body_names):
-                frame = f"{prefix}{frame_name(name)}"
-                # Locked to its frame, the box moves with it: one message draws the whole drop.
-                entity = update.entities.add(frame_id=frame, id=frame, frame_locked=True)
-                stamp(entity, release_us)
-                color = (*BODY_COLORS[body % len(BODY_COLORS)], alpha)
-                for low, high in boxes_of(evaluation.model, body):
-                    _add_box(entity, np.array(low), np.array(high), color)
-        yield release_us, update.SerializeToString()
+    release_us = int(_t_us(evaluation, np.zeros(1))[0])
+    entities = []
+    for prefix, alpha in (("", 1.0), (f"{FILED}/", _GHOST_ALPHA)):
+        for body, name in enumerate(evaluation.model.body_names):
+            frame = f"{prefix}{frame_name(name)}"
+            color = messages.Color(
+                **dict(zip("rgba", (*BODY_COLORS[body % len(BODY_COLORS)], alpha), strict=True))
+            )
+            cubes = [
+                _box(np.array(low), np.array(high), color) for low, high in boxes_of(evaluation.model, body)
+            ]
+            # Locked to its frame, the box moves with it: one message draws the whole drop.
+            entities.append(
+                messages.SceneEntity(
+                    timestamp=timestamp(release_us + make.offset_us),
+                    frame_id=frame,
+                    id=frame,
+                    frame_locked=True,
+                    cubes=cubes,
+                )
+            )
+    update = messages.SceneUpdate(entities=entities)
+    return make.of_messages("/evaluated/scene", foxglove_kind("SceneUpdate"), [(release_us, update.encode())])
 
-    return Channel("/evaluated/scene", SceneUpdate, messages)
+
+def _box(low: FloatArray, high: FloatArray, color: Any) -> Any:
+    from foxglove import messages
+
+    def vector(numbers: FloatArray) -> Any:
+        return messages.Vector3(**dict(zip("xyz", numbers.tolist(), strict=True)))
+
+    pose = messages.Pose(
+        position=vector(0.5 * (low + high)), orientation=messages.Quaternion(x=0.0, y=0.0, z=0.0, w=1.0)
+    )
+    return messages.CubePrimitive(pose=pose, size=vector(high - low), color=color)
 
 
-def _add_box(entity: Any, low: FloatArray, high: FloatArray, color: tuple[float, ...]) -> None:
-    cube = entity.cubes.add()
-    middle, size = 0.5 * (low + high), high - low
-    cube.pose.position.x, cube.pose.position.y, cube.pose.position.z = middle.tolist()
-    cube.pose.orientation.w = 1.0
-    cube.size.x, cube.size.y, cube.size.z = size.tolist()
-    cube.color.r, cube.color.g, cube.color.b, cube.color.a = color
-
-
-def _words(drop: ReportedDrop, stamp: Stamp) -> Channel:
+def _words(drop: ReportedDrop, make: Channels) -> Channel:
     """Build the log channel: the verdict at the release, then the events in order of time."""
-    kind, verdict = log_lines(), drop.verdict
-    level = kind.of.INFO if verdict.level == "good" else kind.of.WARNING
+    verdict = drop.verdict
+    level = "Info" if verdict.level == "good" else "Warning"
     lines = [(0.0, level, text) for text in (f"{verdict.level}: {verdict.sentence}", *verdict.reasons)]
     for event in events_of(drop.evaluation):
-        severity = kind.of.WARNING if event.kind == "gap" else kind.of.INFO
+        severity = "Warning" if event.kind == "gap" else "Info"
         lines.append((event.t_s, severity, event.label))
         if event.until_s is not None:
             lines.append((event.until_s, severity, f"{event.label}: ends"))
     # A stable sort: the verdict stays above the release, which is at the same time.
     lines.sort(key=lambda line: line[0])
-    t_us = _t_us(drop.evaluation, np.array([t_s for t_s, _, _ in lines]))
-
-    def rows() -> Rows:
-        for time_us, (_, severity, text) in zip(t_us, lines, strict=True):
-            yield time_us, (severity, text, "tfsat evaluation")
-
-    return Channel.of(stamp, "/evaluated/log", kind, rows)
+    t_us = _t_us(drop.evaluation, np.array([t_s for t_s, _, _ in lines])).tolist()
+    timed = ((at_us, severity, text) for at_us, (_, severity, text) in zip(t_us, lines, strict=True))
+    return make.of_lines("/evaluated/log", timed, "tfsat evaluation")

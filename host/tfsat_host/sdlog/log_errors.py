@@ -16,7 +16,7 @@ MODULES = {
     "parquet": ("pyarrow",),
     "pandas": ("pandas",),
     "xarray": ("xarray",),
-    "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),
+    "mcap": ("foxglove",),
 }
 """What each extra brings, by the extra's name, which is the format's name too."""
 
