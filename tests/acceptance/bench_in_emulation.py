@@ -36,7 +36,7 @@ def emulated_bench(faults: Sequence[str] = ()) -> Iterator[tuple[Bench, Emulated
 
 def accept(bench: Bench, steps: Sequence[str] = NAMES) -> Acceptance:
     boards = AcceptedBoard.of(bench.sequencer.identity), AcceptedBoard.of(bench.logger.identity)
-    acceptance = Acceptance(True, NAMES, *boards)
+    acceptance = Acceptance(True, "", NAMES, *boards)
     for step in STEPS:
         if step.name in steps:
             acceptance = acceptance.with_step(make_step(step, bench, acceptance))

@@ -44,9 +44,9 @@ def test_a_fault_is_named_on_the_screen_and_refused(tfsat_host: RunCli) -> None:
     assert "tfsat-host acceptance --emulated" in done.stdout
     # Mended: only what did not pass is done again.
     again = tfsat_host("acceptance", "--emulated")
-    assert again.stderr.count("passed before") == 4
+    assert again.stderr.count("done before") == 4
     assert "ACCEPTED: 8 of 8" in again.stdout
-    assert tfsat_host("acceptance", "--emulated", "--only", "switches").stderr.count("passed before") == 6
+    assert tfsat_host("acceptance", "--emulated", "--only", "switches").stderr.count("done before") == 6
 
 
 @pytest.mark.parametrize(
@@ -66,6 +66,29 @@ def test_a_file_that_is_no_record_is_not_overwritten(tfsat_host: RunCli) -> None
     file.write_text("mine", encoding="utf-8")
     assert "--out" in tfsat_host("acceptance", "--emulated", expect=1).stderr
     assert file.read_text(encoding="utf-8") == "mine"
+
+
+def test_a_finished_acceptance_is_shown_and_not_begun_anew(tfsat_host: RunCli) -> None:
+    tfsat_host("acceptance", "--emulated")
+    file = tfsat_host.folder / "acceptance-emulated.json"
+    before = file.read_bytes()
+    again = tfsat_host("acceptance", "--emulated")
+    assert "ACCEPTED: 8 of 8" in again.stdout
+    assert again.stderr.count("done before") == 8
+    assert file.read_bytes() == before
+
+
+def test_the_record_of_another_robot_is_not_overwritten(tfsat_host: RunCli) -> None:
+    tfsat_host("acceptance", "--emulated", "--only", "switches", expect=4)
+    file = tfsat_host.folder / "acceptance-emulated.json"
+    record = json.loads(file.read_text(encoding="utf-8"))
+    assert [step["name"] for step in record["steps"]] == ["boards", "switches"]
+    record["logger"]["serial"] = "0123"
+    file.write_text(json.dumps(record), encoding="utf-8")
+    refused = tfsat_host("acceptance", "--emulated", expect=2)
+    assert "is of other boards" in refused.stderr
+    assert json.loads(file.read_text(encoding="utf-8")) == record
+    assert "ACCEPTED" in tfsat_host("acceptance", "--emulated", "--force").stdout
 
 
 def test_a_damaged_record_says_so(tmp_path: Path) -> None:
@@ -142,7 +165,7 @@ def test_an_interrupted_acceptance_resumes_at_its_step(
     # Enter for each of the four motions, three switches, loopback, servos, three supplies.
     code, screen = people(b"\n" * 12)
     assert code == 0, screen
-    assert screen.count("passed before") == 1
+    assert screen.count("done before") == 1
     assert "ACCEPTED: 8 of 8" in screen
     assert "NOW let go of both switches" in screen
 

@@ -67,7 +67,7 @@ def test_the_wrong_joint_is_asked_for_again_and_then_right(capsys: pytest.Captur
     with emulated_bench() as (bench, _):
         instead(bench, first_the_other)
         assert not blocking(bench, "rest", "motion")
-    assert "Joint 2 was opened, not joint 1. Once more:" in capsys.readouterr().out
+    assert "Joint 2 was opened, not joint 1" in capsys.readouterr().out
 
 
 def test_a_tilt_the_other_way_is_no_mounting(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -115,3 +115,106 @@ def test_one_switch_that_is_kept_pressed_leaves_the_sequencer_safe() -> None:
         instead(bench, let_one_go)
         assert "not let go within 60 s" in blocking(bench, "boards", "switches", "time")
         assert bench.sequencer.status().state.name == "SAFE"
+
+
+def accept_with_servos(bench: Bench) -> str:
+    return blocking(bench, "boards", "motion", "switches", "servos", "supply")
+
+
+def test_a_joint_that_is_open_is_not_armed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Armed, its servo would snap it shut before any release."""
+    with emulated_bench() as (bench, robot):
+
+        def leave_open(right: Do, task: Task, number: int) -> None:
+            right(task, number)
+            if task is Task.PRESS_BOTH_POWERED:
+                motion = Motion((Leg(np.deg2rad(60.0), 1.0),), Operator.steady(), seed=1)
+                robot.operator.move_joint(2, motion)
+                robot.advance(2_500_000)
+
+        instead(bench, leave_open)
+        found = accept_with_servos(bench)
+        assert "Supply" in found
+        assert "not at its start pose" in found
+        assert robot.joint_angles_deg()[1] == pytest.approx(60.0, abs=0.1)
+        assert bench.sequencer.status().state.name == "SAFE"
+
+
+def test_a_supply_that_moved_nothing_has_shown_nothing() -> None:
+    with emulated_bench() as (bench, robot):
+
+        def without_power(right: Do, task: Task, number: int) -> None:
+            right(task, number)
+            if task is Task.PRESS_BOTH_POWERED:
+                for joint in (1, 2, 3):
+                    robot.faults.servo(joint, "dead")
+
+        instead(bench, without_power)
+        assert "The supply was not tried" in accept_with_servos(bench)
+
+
+def test_switches_that_are_pressed_again_are_no_wire() -> None:
+    with emulated_bench() as (bench, robot):
+
+        def press_again(right: Do, task: Task, number: int) -> None:
+            right(task, number)
+            if task is Task.LET_GO:
+                robot.advance(900_000)
+                for switch in (1, 2):
+                    robot.set_switch(switch, True)
+
+        instead(bench, press_again)
+        found = blocking(bench, "boards", "switches", "time")
+    assert "were the switches pressed again?" in found
+    assert "Teensy pin 4" not in found
+
+
+def test_joints_that_are_not_half_open_move_no_servo(capsys: pytest.CaptureFixture[str]) -> None:
+    with emulated_bench() as (bench, robot):
+
+        def close_them(right: Do, task: Task, number: int) -> None:
+            right(task, number)
+            if task is Task.OPEN_HALF:
+                for joint in (1, 2, 3):
+                    robot.operator.close_joint(joint)
+
+        instead(bench, close_them)
+        found = blocking(bench, "motion", "servos")
+        assert "No servo was moved" in found
+        assert max(map(abs, robot.joint_angles_deg())) < 0.1
+
+
+def test_an_imu_that_falls_silent_when_it_is_moved_is_found() -> None:
+    with emulated_bench() as (bench, robot):
+
+        def shake_the_plug(right: Do, task: Task, number: int) -> None:
+            right(task, number)
+            robot.faults.imu(2, "dead" if (task, number) == (Task.OPEN_AND_CLOSE, 2) else None)
+
+        instead(bench, shake_the_plug)
+        found = blocking(bench, "rest", "motion")
+    assert "IMUs when moved: silent in some motions: IMU 2 (address 0x69" in found
+    assert "belongs" not in found
+
+
+def test_the_other_side_of_a_joint_and_a_turn_about_the_vertical(capsys: pytest.CaptureFixture[str]) -> None:
+    tries = 0
+
+    def hold_the_wrong_side(right: Do, task: Task, number: int) -> None:
+        nonlocal tries
+        right(task, number)
+        tries += (task, number) == (Task.OPEN_AND_CLOSE, 1)
+        if tries == 1 and task is Task.OPEN_AND_CLOSE and number == 1:
+            robot.hold([1])
+            robot.operator.move_joint(1, move(90.0, 2.0)(0.0))
+        if task is Task.TILT and not turned:
+            turned.append(True)
+            robot.operator.turn(np.array([0.0, 0.0, 1.0]), move(90.0, 2.0)(0.0))
+
+    turned: list[bool] = []
+    with emulated_bench() as (bench, robot):
+        instead(bench, hold_the_wrong_side)
+        assert not blocking(bench, "rest", "motion")
+    told = capsys.readouterr().out
+    assert "The other side of joint 1 was moved; move body 1. Once more:" in told
+    assert "The robot was turned about the vertical, not tilted. Once more:" in told

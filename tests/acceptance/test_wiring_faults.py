@@ -11,8 +11,10 @@ from tests.acceptance.bench_in_emulation import NAMES, accept, emulated_bench
 from tfsat_host.acceptance.bench import StillArmed, Task
 from tfsat_host.acceptance.steps import STEPS, make_step
 from tfsat_host.acceptance.wiring_faults import WIRING_FAULTS, WiringFault
+from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.emulated.emulated_robot import BoardIndex
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.preflight.preflight_check import go
 
@@ -128,10 +130,11 @@ def test_a_link_that_breaks_while_armed_ends_the_session_with_that_on_the_screen
         with pytest.raises(StillArmed, match="could not be disarmed") as caught:
             make_step(STEPS[NAMES.index("time")], bench, before)
         assert "IT MAY STILL BE ARMED" in caught.value.meaning
-        assert "Cut its power" in caught.value.next_step
+        assert "Open S4, then S3" in caught.value.next_step
         # True: nothing but its supply stops it now.
         robot.set_cable(BoardIndex.SEQUENCER, True)
-        assert bench.sequencer.status().state.name == "ARMED"
+        again = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+        assert again.status().state.name == "ARMED"
 
 
 def test_a_recording_that_runs_is_not_touched() -> None:

@@ -71,7 +71,7 @@ class ReadyRobot:
         """Write an acceptance of these boards, with one step that is due."""
         sequencer, logger = (AcceptedBoard.of(board.identity) for board in (self.sequencer(), self.logger()))
         done = steps or (StepResult("switches", datetime(2026, 11, 2, tzinfo=UTC), (go("fine"),)),)
-        write_acceptance(Acceptance(True, ("switches",), sequencer, logger, done), self.folder / file)
+        write_acceptance(Acceptance(True, "", ("switches",), sequencer, logger, done), self.folder / file)
 
     def preflight(self, *arguments: str, expect: int) -> dict[str, Any]:
         """Runs the command; what it prints as JSON."""

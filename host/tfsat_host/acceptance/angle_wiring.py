@@ -57,7 +57,7 @@ def check_sensors(travels: Sequence[FloatArray], model: RobotModel) -> Preflight
         elif sensor != pin and sensor_at[sensor] == pin:
             if pin < sensor:
                 wrong.append(_swapped(pin, sensor))
-        elif sensor != pin and sensor // 2 == pin // 2:
+        elif sensor != pin and sensor // 2 == pin // 2 and pin not in sensor_at:
             wrong.append(
                 f"{name_angle_sensor(pin)} counts the wrong way: its magnet or its face is turned over"
             )
@@ -88,7 +88,8 @@ def check_ranges(travels: Sequence[FloatArray], model: RobotModel) -> PreflightC
     wrong = [
         f"joint {joint} opened by {angle:.0f} deg ({span:.0f} by the robot file)"
         for joint, (angle, span) in enumerate(zip(opened, spans, strict=True), 1)
-        if abs(angle - span) > MAX_RANGE_ERROR_DEG
+        # Without a sensor that follows it, that is the finding.
+        if angle > MIN_TRAVEL_DEG and abs(angle - span) > MAX_RANGE_ERROR_DEG
     ]
     return judge(
         wrong,

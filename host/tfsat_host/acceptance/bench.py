@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -19,6 +19,7 @@ from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.serial_ports import PortError
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.robot import RobotModel
 
 READ_STEP_S = 0.25
@@ -38,6 +39,8 @@ class Task(StrEnum):
     LET_GO = "let go"
 
 
+MOVING = (Task.OPEN_HALF, Task.PRESS_BOTH_UNPOWERED, Task.PRESS_BOTH_POWERED)
+"""What comes after these arms the sequencer or moves a joint."""
 _BOTH = "Press both release switches and keep them pressed."
 _LINES = {
     Task.REST: ("Stand the robot upright on the bench, joints closed, body 1 on top.", "Hands off for 10 s."),
@@ -60,9 +63,10 @@ _LINES = {
     Task.PRESS_BOTH_POWERED: (
         "Clamp the robot, joints closed and free to open. Servo power on (S4), hands off the joints.",
         _BOTH,
-        "The sequencer is armed then; joints 1 to {} open by 40 deg at once after the release, and close.",
+        "The sequencer is armed then: its servos hold 0 deg.",
+        "After the release so many joints, from joint 1 on, open by 40 deg at once and close: {}.",
     ),
-    Task.LET_GO: ("NOW let go of both switches at the same time.",),
+    Task.LET_GO: ("NOW let go of both switches at the same time, and leave them.",),
 }
 
 
@@ -100,6 +104,7 @@ class Bench:
         hands: See there.
         reopen: Finds the sequencer again after its restart took the link. Raises TfsatError: it does not come back.
         note: Tells the people something.
+        unhurried: Holds signals such as Ctrl-C back while the sequencer is being disarmed.
         progress: Shows that something goes on, given what and for how many seconds.
     """
 
@@ -110,6 +115,7 @@ class Bench:
     reopen: Callable[[], JogClient]
     note: Callable[[str], None]
     progress: Callable[[str, float], AbstractContextManager[Callable[[float], None]]]
+    unhurried: Callable[[], AbstractContextManager[None]] = nullcontext
 
     def read(self, duration_s: float) -> SensorSamples:
         """Read the sensors for so long. Raises CalibrationError: the logger sent nothing; PortError."""
@@ -127,17 +133,40 @@ class Bench:
         return SensorSamples.from_counts(Counts.from_live(samples, scales))
 
     def disarm(self) -> None:
-        """Disarm the sequencer, over a new link if the old one broke. Raises StillArmed: it may still be armed."""
-        try:
-            self.sequencer.disarm()
-        except (NoAnswer, PortError):
-            # A restart takes the USB link with it, and the bootloader keeps the port for 8 s.
+        """Disarm the sequencer and see that it is safe, over a new link if the old one broke.
+
+        Raises:
+            StillArmed: it may still be armed.
+        """
+        with self.unhurried():
             try:
-                self.sequencer = self.reopen()
-                self.sequencer.disarm()
-            except TfsatError as error:
-                raise StillArmed(
-                    what=f"The sequencer could not be disarmed. {error.what}",
-                    meaning="IT MAY STILL BE ARMED, or drive a joint: keep hands off the joints.",
-                    next_step=Advice("Cut its power (S3, S4). Later: ", NextStep("disarm")),
-                ) from None
+                self._disarm_once()
+            except (NoAnswer, PortError):
+                self.note(f"  LINK LOST. {_MAY_BE_ARMED}")
+                # A restart takes the USB link with it, and the bootloader keeps the port for 8 s.
+                with suppress(TfsatError):
+                    self.sequencer.close()
+                try:
+                    self.sequencer = self.reopen()
+                    self._disarm_once()
+                except TfsatError as error:
+                    raise _still_armed(error.what) from None
+
+    def _disarm_once(self) -> None:
+        self.sequencer.disarm()
+        state = self.sequencer.status().state
+        if state != SequencerState.SAFE:
+            raise _still_armed(f"It says that it is {state.name.lower()}.")
+
+
+_MAY_BE_ARMED = "IT MAY STILL BE ARMED, or drive a joint: hands off the joints, KEEP both switches pressed."
+
+
+def _still_armed(reason: str) -> StillArmed:
+    return StillArmed(
+        what=f"The sequencer could not be disarmed. {reason}",
+        meaning=_MAY_BE_ARMED,
+        next_step=Advice(
+            "Open S4, then S3, pull the sequencer's cable and wait some seconds. Later: ", NextStep("disarm")
+        ),
+    )

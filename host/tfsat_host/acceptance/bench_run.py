@@ -5,28 +5,31 @@ The maneuver and the servo settings that the board held are put back afterwards,
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
-from tfsat_host.acceptance.bench import Bench, Task
+from tfsat_host.acceptance.angle_wiring import travel_deg
+from tfsat_host.acceptance.bench import Bench, StillArmed, Task
+from tfsat_host.acceptance.servo_check import joint_angles_deg
 from tfsat_host.acceptance.wires import STROKE_LINE_PINS
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
-from tfsat_host.devices.board_errors import NoAnswer
-from tfsat_host.devices.sequencer import StoredManeuver, maneuver_from_board
-from tfsat_host.devices.serial_ports import PortError
+from tfsat_host.devices.sequencer import maneuver_from_board
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.clocks import CRYSTAL_PPM, align_clocks
-from tfsat_host.maneuver import Maneuver, Schedule, Stroke, four_stroke, schedule_maneuver
+from tfsat_host.maneuver import Maneuver, Schedule, Stroke, schedule_maneuver
+from tfsat_host.next_step import NextStep
 from tfsat_host.preflight.logger_queries import Trace, fetch_recording, record_and_remove
 from tfsat_host.preflight.preflight_check import PreflightCheck, go, judge, no_go
+from tfsat_host.present.stored_settings import flight_words
 from tfsat_host.protocol.enums import Origin, SequencerState
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.sdlog import DropLog
-from tfsat_host.servo_settings import ServoSettings
+from tfsat_host.units import CDEG_PER_DEG
 
 HANDS_TIMEOUT_S = 60.0
 """For two hands to let go of both switches."""
@@ -35,31 +38,41 @@ RUN_POLL_S = 0.5
 AFTER_RUN_S = 2.0
 MAX_STROKE_RESIDUAL_S = 100e-6
 MAX_RELEASE_RESIDUAL_S = 1e-3
-MAX_MOVED_DEG = 10.0
+SMALL_DEG, SMALL_AT_S = 8.0, (0.70, 1.05, 1.47, 1.82, 2.12, 2.42)
+"""Strokes of the loopback: small, should somebody have left the servos' power on."""
+MAX_MOVED_DEG = 5.0
 """Of joints without servo power, while hands let go of the switches."""
-STROKE_DEG = 40.0
-PAPER_DEG = (59.0, 70.0)
-"""The maneuver of the paper's drop: what a board flies that never received an upload."""
+STROKE_DEG, MIN_OPENED_DEG = 40.0, 20.0
+MIN_UPTIME_SHARE = 0.95
+"""Of the time that passed: a board whose uptime grew by less has restarted."""
 
 
-def check_time(bench: Bench) -> list[PreflightCheck]:
-    """Fly the stored maneuver without servo power while the logger records, and compare the boards' dates.
+def check_time(bench: Bench, closed_rad: Sequence[float] | None) -> list[PreflightCheck]:
+    """Fly small strokes without servo power while the logger records, and compare the boards' dates.
+
+    Args:
+        bench: With the servos' power off.
+        closed_rad: Of each angle sensor, what it shows with its joint closed; None: not known.
 
     Raises:
-        BoardRefusal: ARM was refused, such as for a switch that is open.
-        TfsatError: nobody let go, or a recording failed.
+        BoardRefusal: ARM was refused, such as for a switch or joint that is open.
+        TfsatError: the run was not flown, or a recording failed.
+        StillArmed: see `Bench.disarm`.
     """
-    with _restoring(bench) as stored:
-        if stored.origin == Origin.FACTORY:
-            bench.sequencer.upload(schedule_maneuver(four_stroke(*PAPER_DEG)))
-        schedule = _schedule_of(bench.sequencer.read_back())
-        log = record_and_remove(
-            bench.logger,
-            bench.logger.status(),
-            Trace(),
-            lambda: _run(bench, schedule, Task.PRESS_BOTH_UNPOWERED),
-            fetch_recording,
-        )
+    trace, schedule = Trace(), _one_by_one()
+    try:
+        with _restoring(bench):
+            bench.sequencer.upload(schedule)
+            log = record_and_remove(
+                bench.logger,
+                bench.logger.status(),
+                trace,
+                lambda: _run(bench, schedule, closed_rad, Task.PRESS_BOTH_UNPOWERED),
+                fetch_recording,
+            )
+    finally:
+        if trace.left:
+            bench.note(f"  {trace.left}")
     angles = np.unwrap(SensorSamples.from_counts(Counts.from_log(log)).sensor_angle_rad, axis=0)
     moved_deg = float(np.rad2deg(np.ptp(angles, axis=0).max()))
     if moved_deg > MAX_MOVED_DEG:
@@ -121,7 +134,7 @@ def judge_time(log: DropLog, schedule: Schedule) -> list[PreflightCheck]:
             else [],
             f"Stroke times: residual {{}} (limit {1e6 * MAX_STROKE_RESIDUAL_S:.0f} µs).",
             "Repeat the step; if it stays, flash the sequencer again.",
-            f"Stroke times: within {1e6 * worst_s:.0f} µs of the schedule, clock ratio removed.",
+            f"Stroke times: within {max(1.0, 1e6 * worst_s):.0f} µs of the schedule, clock ratio removed.",
             scheduled_s=[residual.pair.clock_s for residual in strokes],
             residual_us=[1e6 * residual.residual_s for residual in strokes],
         ),
@@ -140,7 +153,7 @@ def judge_time(log: DropLog, schedule: Schedule) -> list[PreflightCheck]:
     return checks
 
 
-def check_supply(bench: Bench) -> PreflightCheck:
+def check_supply(bench: Bench, closed_rad: Sequence[float]) -> PreflightCheck:
     """Start one, two and three servos at once; a restart of the sequencer shows in its uptime.
 
     Stops at the first number that the supply does not carry. Raises as `check_time`.
@@ -152,7 +165,7 @@ def check_supply(bench: Bench) -> PreflightCheck:
             bench.sequencer.write_settings(replace(settings, moving_at_once=at_once))
             schedule = _together(at_once)
             bench.sequencer.upload(schedule)
-            if restarts := _restarts(bench, schedule, at_once):
+            if restarts := _find_restart(bench, schedule, closed_rad, at_once):
                 break
             carried = at_once
     several = "servo" if carried == 1 else "servos"
@@ -164,73 +177,115 @@ def check_supply(bench: Bench) -> PreflightCheck:
             moving_at_once=carried,
         )
     at_more = f"; it restarted at {carried + 1}: keep moving_at_once at {carried}" if restarts else ""
-    return go(f"Supply: {carried} {several} at once without a restart{at_more}.", moving_at_once=carried)
+    return go(
+        f"Supply: {carried} {several} at once without a restart, the USB cable plugged{at_more}.",
+        moving_at_once=carried,
+    )
 
 
-def _restarts(bench: Bench, schedule: Schedule, at_once: int) -> str:
-    """Fly once and describe the restart that it caused; empty: none."""
+def _find_restart(bench: Bench, schedule: Schedule, closed_rad: Sequence[float], at_once: int) -> str:
+    """Fly once and describe the restart that it caused; empty: none, and the joints moved."""
     before = bench.sequencer.status()
     began_s = bench.logger.now_s()
-    # A restart takes the USB link with it: then `_run` has found the board again.
-    with suppress(NoAnswer, PortError):
-        _run(bench, schedule, Task.PRESS_BOTH_POWERED, at_once)
+    samples, failure = None, None
+    try:
+        samples = _run(bench, schedule, closed_rad, Task.PRESS_BOTH_POWERED, at_once)
+    except StillArmed:
+        raise
+    except TfsatError as error:
+        # A restart takes the USB link with it, or leaves strokes unflown: then `_run` has found the board again.
+        failure = error
     after = bench.sequencer.status()
     passed_ms = 1000 * (bench.logger.now_s() - began_s)
-    if after.uptime_ms - before.uptime_ms > 0.5 * passed_ms:
-        return ""
-    return f"up for {after.uptime_ms / 1000:.0f} s, {after.reset_cause.name.lower().replace('_', ' ')}"
+    if after.uptime_ms - before.uptime_ms < MIN_UPTIME_SHARE * passed_ms:
+        return f"up for {after.uptime_ms / 1000:.0f} s, {after.reset_cause.name.lower().replace('_', ' ')}"
+    if failure is not None:
+        raise failure
+    # A supply that carried nothing has shown nothing.
+    moved_deg = (
+        np.abs(travel_deg(samples)).reshape(JOINT_COUNT, -1).max(axis=1)[:at_once] if samples else [0.0]
+    )
+    if min(moved_deg) < MIN_OPENED_DEG:
+        raise TfsatError(
+            what=f"A joint moved by {min(moved_deg):.0f} deg only, told {STROKE_DEG:g}.",
+            meaning="The supply was not tried.",
+            next_step="Switch S4 on, see that the joints are free, then repeat the step.",
+        )
+    return ""
 
 
-def _run(bench: Bench, schedule: Schedule, task: Task, number: int = 0) -> None:
-    """Arm with both switches pressed, have them let go, wait for the end of the run; disarm whatever happens.
+def _run(
+    bench: Bench, schedule: Schedule, closed_rad: Sequence[float] | None, task: Task, number: int = 0
+) -> SensorSamples:
+    """Arm with both switches pressed, have them let go, read the sensors to the end of the run, disarm.
 
     Raises:
         BoardRefusal: ARM was refused.
         NoAnswer, PortError: the link broke; the sequencer was found again and disarmed.
-        TfsatError: nobody let go.
+        TfsatError: it was not flown to its end.
         StillArmed: it could not be disarmed.
     """
     bench.hands.do(task, number)
-    bench.sequencer.arm()
+    # Armed, the servos hold 0 deg: a joint that is open would snap shut. The board refuses what is reported open.
+    if closed_rad is not None:
+        angles = joint_angles_deg(bench.read(0.5), np.array(closed_rad), bench.robot)
+        bench.sequencer.report_joints([round(angle * CDEG_PER_DEG) for angle in angles.tolist()])
     try:
+        bench.sequencer.arm()
         bench.hands.do(Task.LET_GO)
         deadline_s = bench.sequencer.now_s() + HANDS_TIMEOUT_S
         while bench.sequencer.status().state == SequencerState.ARMED:
             if bench.sequencer.now_s() > deadline_s:
-                raise TfsatError(
-                    what=f"Both switches were not let go within {HANDS_TIMEOUT_S:g} s.",
-                    meaning="The sequencer was disarmed; nothing moved.",
-                    next_step="Repeat the step.",
-                )
+                raise _not_flown(f"Both switches were not let go within {HANDS_TIMEOUT_S:g} s")
             bench.sequencer.wait(RUN_POLL_S)
-        bench.sequencer.wait(schedule.end_s + AFTER_RUN_S)
+        samples = bench.read(schedule.end_s + AFTER_RUN_S)
+        status = bench.sequencer.status()
+        if status.state != SequencerState.DONE or status.strokes_started != len(schedule.strokes):
+            begun = f"{status.strokes_started} of {len(schedule.strokes)} strokes began"
+            raise _not_flown(f"The run did not end ({begun}): were the switches pressed again?")
+        return samples
     finally:
         bench.disarm()
 
 
+def _not_flown(what: str) -> TfsatError:
+    return TfsatError(
+        what=f"{what.rstrip('.')}.",
+        meaning="The sequencer was disarmed; nothing was concluded.",
+        next_step="Repeat the step: let go of both switches, and leave them for some seconds.",
+    )
+
+
 @contextmanager
-def _restoring(bench: Bench) -> Iterator[StoredManeuver]:
-    """Give what the board holds; afterwards it holds that again, or the paper's maneuver in place of the factory's."""
+def _restoring(bench: Bench) -> Iterator[None]:
+    """Have the board hold afterwards what it holds now; the factory's maneuver becomes an uploaded one."""
     stored, settings = bench.sequencer.read_back(), bench.sequencer.settings().settings
     try:
-        yield stored
-    except BaseException:
-        # What went wrong is graver than a maneuver that could not be put back: preflight compares that.
-        with suppress(TfsatError):
-            _put_back(bench, stored, settings)
-        raise
-    _put_back(bench, stored, settings)
+        yield
+    finally:
+        try:
+            if bench.sequencer.settings().settings != settings:
+                bench.sequencer.write_settings(settings)
+            if bench.sequencer.read_back().crc != stored.crc:
+                bench.sequencer.upload(schedule_maneuver(maneuver_from_board(stored)))
+        except TfsatError as error:
+            # What went wrong before is graver, and goes on; this is said beside it.
+            bench.note(
+                f"  What the sequencer held was not put back ({error.what}) Before a drop: "
+                f"{NextStep('upload-sequence')} and {NextStep('upload-servos')}"
+            )
+        else:
+            if stored.origin == Origin.FACTORY:
+                bench.note(f"  The sequencer held no maneuver of yours; now: {flight_words(stored)}")
 
 
-def _put_back(bench: Bench, stored: StoredManeuver, settings: ServoSettings) -> None:
-    if bench.sequencer.settings().settings != settings:
-        bench.sequencer.write_settings(settings)
-    if bench.sequencer.read_back().crc != stored.crc:
-        bench.sequencer.upload(_schedule_of(stored))
-
-
-def _schedule_of(stored: StoredManeuver) -> Schedule:
-    return schedule_maneuver(maneuver_from_board(stored))
+def _one_by_one() -> Schedule:
+    """Return small strokes, one at a time, over the time of a fall."""
+    strokes = [
+        Stroke(joint, sign * SMALL_DEG, t_s)
+        for (sign, joint), t_s in zip(product((1, -1), (1, 2, 3)), SMALL_AT_S, strict=True)
+    ]
+    return schedule_maneuver(Maneuver(tuple(strokes), name="loopback of time"))
 
 
 def _together(at_once: int) -> Schedule:

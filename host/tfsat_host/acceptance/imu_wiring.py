@@ -15,7 +15,7 @@ from tfsat_host.acceptance.wires import BUS_PINS, name_imu
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import PATTERNS
-from tfsat_host.preflight.preflight_check import PreflightCheck, judge
+from tfsat_host.preflight.preflight_check import PreflightCheck, judge, no_go
 from tfsat_host.protocol.limits import IMU_COUNT, IMUS_PER_BUS, JOINT_COUNT
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
@@ -31,6 +31,8 @@ MAX_TEMPERATURE_SPREAD_C = 15.0
 MIN_ANSWERED_SHARE = 0.99
 MIN_TURNED_RAD = np.deg2rad(30.0)
 """An IMU that turned more was moved: hands that hold a body turn it by a few degrees."""
+MAX_HANDS_DEG = 10.0
+"""What all IMUs show alike beyond it was hands."""
 MAX_TILT_DEG = 15.0
 """Between a sensor's axis and the body axis that is nearest to it."""
 MOVED_WITH = tuple(next(moved for joint, moved, _ in PATTERNS if joint == number) for number in (1, 2, 3))
@@ -77,6 +79,19 @@ def check_answers(samples: SensorSamples) -> tuple[PreflightCheck, BoolArray]:
         answered_share=samples.imu_valid.mean(axis=0).tolist(),
     )
     return check, answers
+
+
+def answering_throughout(motions: Sequence[SensorSamples]) -> tuple[PreflightCheck | None, BoolArray]:
+    """Return (4,) the IMUs that answered in all motions; and a finding where one did so in some of them only."""
+    answered = np.array([samples.imu_valid.mean(axis=0) > MIN_ANSWERED_SHARE for samples in motions])
+    loose = [name_imu(imu) for imu in np.flatnonzero(answered.any(axis=0) & ~answered.all(axis=0)).tolist()]
+    if not loose:
+        return None, np.asarray(answered.all(axis=0))
+    check = no_go(
+        f"IMUs when moved: silent in some motions: {'; '.join(loose)}.",
+        "Check its plug and cable, then repeat the step.",
+    )
+    return check, np.asarray(answered.all(axis=0))
 
 
 def check_rest(samples: SensorSamples, answers: BoolArray) -> PreflightCheck:
@@ -190,18 +205,24 @@ def check_axes(
             )
         elif tilt > MAX_TILT_DEG:
             wrong.append(f"IMU {imu + 1} is tilted by {tilt:.0f} deg (limit {MAX_TILT_DEG:g})")
-    # All of them off by one rotation: rather the hands' than four mountings'.
+    # All of them off alike: rather the hands' doing than four mountings'.
+    aslant = min(tilts, default=0.0)
+    if len(tilts) > 1 and aslant > MAX_HANDS_DEG:
+        wrong = [
+            f"all IMUs saw the robot stand or tilt aslant by {aslant:.0f} deg: begin upright, tilt about x"
+        ]
     alike = len(turns) > 1 and all(np.array_equal(turns[0], turn) for turn in turns)
     if alike and not np.array_equal(turns[0], np.eye(3)):
         about = _name_axis(turns[0].T @ np.array([1.0, 0.0, 0.0]))
         wrong = [
-            f"all IMUs saw the robot tilt about body {about}, not x: repeat the step until its y axis points up; if it "
-            "did, every sensor_to_body is off by that rotation"
+            f"all IMUs saw the robot tilt about body {about}, not x: tilt it until its y axis points up; if it did, "
+            "every sensor_to_body is off by that rotation"
         ]
     return judge(
         wrong,
         "IMU axes: {}.",
-        "Mount it as designed, or write that sensor_to_body into the robot file; then repeat the step.",
+        "Repeat the step, begun upright. If it stays: mount it as designed, or write that sensor_to_body into the "
+        "robot file.",
         f"IMU axes: as in the robot file, within {max(tilts, default=0.0):.0f} deg.",
         tilt_deg=tilts,
     )

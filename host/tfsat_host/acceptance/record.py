@@ -71,12 +71,14 @@ class Acceptance:
 
     Attributes:
         emulated: The robot is an emulated one.
+        robot_sha256: Of the robot file that it was held against.
         steps_due: Names of all steps, in order.
         sequencer, logger: The boards.
         steps: Those that were done, in order.
     """
 
     emulated: bool
+    robot_sha256: str
     steps_due: tuple[str, ...]
     sequencer: AcceptedBoard
     logger: AcceptedBoard
@@ -104,7 +106,9 @@ class Acceptance:
 
     def with_step(self, result: StepResult) -> Acceptance:
         """Return the acceptance with this step's result in place of an earlier one."""
-        by_name = {step.name: step for step in (*self.steps, result)}
+        # Servos and supply rest on the angles that the motion has shown.
+        kept = self.without(("servos", "supply")) if result.name == "motion" else self
+        by_name = {step.name: step for step in (*kept.steps, result)}
         return replace(self, steps=tuple(by_name[name] for name in self.steps_due if name in by_name))
 
     def without(self, names: Iterable[str]) -> Acceptance:
@@ -119,7 +123,7 @@ class Acceptance:
 _BOARD = fields("serial firmware image_crc")
 COLUMNS: Columns = (
     Column("verdict", of=lambda acceptance: "not-accepted" if acceptance.remaining else "accepted"),
-    *fields("emulated steps_due remaining"),
+    *fields("emulated robot_sha256 steps_due remaining"),
     Column("sequencer", columns=_BOARD),
     Column("logger", columns=_BOARD),
     Column(

@@ -15,6 +15,7 @@ from tfsat_host.calibration.servos.tour import LoggedTour
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.devices.jog_path import JogTour
+from tfsat_host.errors import TfsatError
 from tfsat_host.preflight.preflight_check import PreflightCheck, judge
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.robot import RobotModel
@@ -26,8 +27,9 @@ MIN_MOVED_DEG = 4.0
 """Of a jog of `JOG_DEG`: what moved less did not follow."""
 MAX_END_ERROR_DEG = 10.0
 """Between a commanded end and where the joint comes to rest, before its servo is calibrated."""
-NEAR_HALF_DEG = (20.0, 70.0)
-"""Where a hand puts a joint half way: from there even a reversed servo turns it by little."""
+NEAR_HALF_DEG = (33.0, 57.0)
+"""Where a hand puts a joint half way: from there a servo that is reversed, or another's, turns it by that little."""
+MAX_TRIES = 3
 
 
 def check_servos(bench: Bench, closed_rad: Sequence[float]) -> list[PreflightCheck]:
@@ -40,20 +42,17 @@ def check_servos(bench: Bench, closed_rad: Sequence[float]) -> list[PreflightChe
     Raises:
         BoardRefusal, JogError, JogRefused, PortError: see `JogClient.tour`; the joint was let go.
     """
-    bench.hands.do(Task.OPEN_HALF)
     closed, wrong, ends = np.array(closed_rad), [], []
+    _have_joints_half_open(bench, closed)
     for joint in range(JOINT_COUNT):
-        start_deg = _joint_angles_deg(bench.read(0.5), closed, bench.robot)[joint]
-        if not NEAR_HALF_DEG[0] <= start_deg <= NEAR_HALF_DEG[1]:
-            wrong.append(f"joint {joint + 1} stood at {start_deg:.0f} deg, not half open: not moved")
-            continue
+        start_deg = joint_angles_deg(bench.read(0.5), closed, bench.robot)[joint]
         before, after = _rests_deg(bench, joint, (start_deg, start_deg + JOG_DEG), closed)
         finding = _of_jog(joint, after - before)
         if finding:
             wrong.append(finding)
             continue
         limits = bench.sequencer.settings().settings.of(joint + 1)
-        here_deg = _joint_angles_deg(bench.read(0.5), closed, bench.robot)[joint]
+        here_deg = joint_angles_deg(bench.read(0.5), closed, bench.robot)[joint]
         told = (limits.max_cdeg / CDEG_PER_DEG, limits.min_cdeg / CDEG_PER_DEG)
         reached = _rests_deg(bench, joint, (here_deg, *told), closed)[1:, joint]
         ends += [
@@ -77,6 +76,22 @@ def check_servos(bench: Bench, closed_rad: Sequence[float]) -> list[PreflightChe
     ]
 
 
+def _have_joints_half_open(bench: Bench, closed_rad: FloatArray) -> None:
+    """Have all joints half open before the first order. Raises TfsatError: once too often they were not."""
+    low, high = NEAR_HALF_DEG
+    mistake = ""
+    for _ in range(MAX_TRIES):
+        if mistake:
+            bench.note(f"  {mistake}. Once more:")
+        bench.hands.do(Task.OPEN_HALF)
+        angles = joint_angles_deg(bench.read(0.5), closed_rad, bench.robot)
+        if ((low <= angles) & (angles <= high)).all():
+            return
+        stand = ", ".join(f"{angle:.0f}" for angle in angles)
+        mistake = f"The joints stand at {stand} deg; {low:g} to {high:g} deg are half open"
+    raise TfsatError(what=f"{mistake}.", meaning="No servo was moved.", next_step="Repeat the step.")
+
+
 def _of_jog(joint: int, moved_deg: FloatArray) -> str:
     """Judge a jog of one joint, from 0, towards larger angles by what each joint did, (3,) deg; empty: it is right."""
     farthest = int(np.abs(moved_deg).argmax())
@@ -97,7 +112,7 @@ def _rests_deg(bench: Bench, joint: int, stops_deg: Sequence[float], closed_rad:
 
     def on_rest(counts: Counts) -> None:
         samples = SensorSamples.from_counts(counts)
-        rests.append(_joint_angles_deg(samples, closed_rad, bench.robot))
+        rests.append(joint_angles_deg(samples, closed_rad, bench.robot))
 
     stops = tuple(round(angle * CDEG_PER_DEG) for angle in stops_deg)
     with bench.logger.live() as scales:
@@ -108,7 +123,7 @@ def _rests_deg(bench: Bench, joint: int, stops_deg: Sequence[float], closed_rad:
     return np.array(rests)
 
 
-def _joint_angles_deg(samples: SensorSamples, closed_rad: FloatArray, robot: RobotModel) -> FloatArray:
+def joint_angles_deg(samples: SensorSamples, closed_rad: FloatArray, robot: RobotModel) -> FloatArray:
     """(3,) each joint's angle by its two sensors, from their readings with the joint closed; the last 0.2 s count."""
     late = samples.t_s >= samples.t_s[-1] - 0.2
     shown = np.angle(np.exp(1j * samples.sensor_angle_rad[late]).mean(axis=0))

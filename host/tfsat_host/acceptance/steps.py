@@ -72,12 +72,13 @@ def _motion(bench: Bench, _before: Acceptance) -> Made:
         for joint in range(1, JOINT_COUNT + 1)
     ]
     tilt = _read_motion(bench, Task.TILT, 0, find_tilting_mistake)
-    _, answers = imu_wiring.check_answers(tilt)
+    loose, answers = imu_wiring.answering_throughout([*joints, tilt])
     still = tilt.t_s <= tilt.t_s[0] + angle_wiring.START_S
     travels = [angle_wiring.travel_deg(samples) for samples in joints]
     sensors = angle_wiring.check_sensors(travels, bench.robot)
     closed = closed_readings([angle_wiring.start_rad(samples) for samples in joints])
     made = [
+        *([("imus-when-moved", loose)] if loose else []),
         ("angle-sensors", replace(sensors, evidence={**sensors.evidence, "closed_rad": closed})),
         ("joint-ranges", angle_wiring.check_ranges(travels, bench.robot)),
     ]
@@ -134,7 +135,12 @@ def _card(bench: Bench, before: Acceptance) -> Made:
                 bench.logger.wait(1.0)
                 advance(1.0)
 
-    trial = record_and_remove(bench.logger, bench.logger.status(), Trace(), wait, judge_trial)
+    trace = Trace()
+    try:
+        trial = record_and_remove(bench.logger, bench.logger.status(), trace, wait, judge_trial)
+    finally:
+        if trace.left:
+            bench.note(f"  {trace.left}")
     return [("card", judge_recording(trial))]
 
 
@@ -143,7 +149,8 @@ def _time(bench: Bench, before: Acceptance) -> Made:
     if blocking := _blocking(before, "boards", "switches"):
         return [("stroke-line", _see(blocking))]
     names = ("stroke-line", "clock-ratio", "stroke-times", "release-dates")
-    return list(zip(names, check_time(bench), strict=False))
+    closed = None if _blocking(before, "angle-sensors") else before.evidence("angle-sensors", "closed_rad")
+    return list(zip(names, check_time(bench, closed), strict=False))
 
 
 def _servos(bench: Bench, before: Acceptance) -> Made:
@@ -156,8 +163,9 @@ def _servos(bench: Bench, before: Acceptance) -> Made:
 
 def _supply(bench: Bench, before: Acceptance) -> Made:
     """Start servos together."""
-    blocking = _blocking(before, "switches", "servos")
-    return [("supply", _see(blocking) if blocking else check_supply(bench))]
+    blocking = _blocking(before, "switches", "angle-sensors", "servos")
+    closed = before.evidence("angle-sensors", "closed_rad")
+    return [("supply", _see(blocking) if blocking else check_supply(bench, closed))]
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,11 +215,13 @@ def make_step(step: AcceptanceStep, bench: Bench, before: Acceptance) -> StepRes
     """
     try:
         made = step.make(bench, before)
-    except (Interrupted, UsageError, StillArmed):
+    except StillArmed:
         raise
-    except TfsatError as error:
-        # Whatever went wrong, nothing stays armed or driven while the next step is prepared.
+    except BaseException as error:
+        # Whatever went wrong, nothing stays armed or driven.
         bench.disarm()
+        if not isinstance(error, TfsatError) or isinstance(error, Interrupted | UsageError):
+            raise
         made = [(step.name, no_go(f"{step.title}: {error.what} {error.meaning}".rstrip(), error.next_step))]
     checks = tuple(replace(check, name=name) for name, check in made)
     return StepResult(step.name, datetime.now(UTC), checks)

@@ -151,7 +151,7 @@ WIRING_FAULTS = {
         ),
         WiringFault(
             "battery-weak",
-            "Supply: 1 servo at once without a restart; it restarted at 2",
+            "Supply: 1 servo at once without a restart, the USB cable plugged; it restarted at 2",
             lambda robot: robot.faults.battery(WEAK_BATTERY_OHM),
         ),
         WiringFault("card-slow", "worst stall", lambda robot: robot.faults.card_stalls(700_000, 10_000_000)),

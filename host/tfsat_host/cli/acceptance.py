@@ -5,14 +5,15 @@ from __future__ import annotations
 import argparse
 import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Container, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.boards import open_jog_client, open_logger, open_port
-from tfsat_host.cli.stopping import SIGNALS, handle_signals
+from tfsat_host.cli.stopping import SIGNALS, SUSPEND, handle_signals
 from tfsat_host.cli.usage import FORCE, add_options, device
 from tfsat_host.errors import Interrupted, TfsatError, UsageError
 from tfsat_host.exit_code import ExitCode
@@ -40,7 +41,7 @@ Find every sensor, switch, servo and wire in its place before a robot is calibra
 hour. A wire that is wrong is named with its pin. Each step is kept in acceptance.json with a page, acceptance.html, for
 which preflight asks; an interrupted acceptance goes on at its step. docs/acceptance.md shows the steps.
 
---only STEP...      do these steps again, and keep the others: boards rest motion switches card time servos supply
+--only STEP...      do these steps alone, and keep the others: boards rest motion switches card time servos supply
 --out DIR           folder of record and page (default: the current one)
 {FORCE}
 --robot FILE        a robot file, or the name of a robot that tfsat brings along (default: drop_tower)
@@ -67,27 +68,35 @@ def run(args: argparse.Namespace, out: Output) -> int:
         out.result({"faults": records(FAULT, faults)}, lambda: show_rows(FAULT, faults, out))
         return 0
     model = load_robot(args.robot)
-    # A closed terminal or a `kill` is a Ctrl-C: the sequencer is disarmed, the joint let go.
+    # A closed terminal, a `kill` and Ctrl-Z are a Ctrl-C: the sequencer is disarmed, the joint let go.
     with (
-        handle_signals(SIGNALS, signal.default_int_handler),
+        handle_signals([*SIGNALS, *SUSPEND], signal.default_int_handler),
         (_open_emulated if args.emulated else _open_boards)(args, model, out) as bench,
     ):
         # By the boards' own word: a served robot is found as boards are.
         name = EMULATED_FILE if bench.logger.identity.runs_natively else FILE
         file = (args.out or Path()) / name
         check_may_write(file, marker=MADE_BY.encode(), force=args.force)
-        acceptance = _begin(file, args, bench, out)
-        acceptance = _do_steps(acceptance, file, bench, out)
-    page = _write_page(acceptance, file)
+        acceptance = _begin(file, args, bench)
+        # What boards and card are ready for is of now, not of when the acceptance began.
+        to_do = (
+            {"boards", *(args.only or acceptance.remaining)} if args.only or acceptance.remaining else set()
+        )
+        acceptance = _do_steps(acceptance, to_do, file, bench, out)
+    page = file.with_suffix(".html")
     columns = record(COLUMNS, acceptance)
     out.result({**columns, "file": str(file), "page": str(page)}, partial(_show, acceptance, page, out))
     return ExitCode.REFUSED if acceptance.remaining else 0
 
 
-def _begin(file: Path, args: argparse.Namespace, bench: Bench, out: Output) -> Acceptance:
-    """Take up the acceptance that lies there, of the same boards, or begin one."""
+def _begin(file: Path, args: argparse.Namespace, bench: Bench) -> Acceptance:
+    """Take up the acceptance that lies there, or begin one.
+
+    Raises UsageError: it is of another robot; or no such step exists.
+    """
     from tfsat_host.acceptance.record import Acceptance, AcceptedBoard, read_acceptance
     from tfsat_host.acceptance.steps import STEPS
+    from tfsat_host.file_hash import sha256_of
 
     names = tuple(step.name for step in STEPS)
     if unknown := set(args.only or ()) - set(names):
@@ -97,33 +106,40 @@ def _begin(file: Path, args: argparse.Namespace, bench: Bench, out: Output) -> A
             next_step=f"Steps: {', '.join(names)}.",
         )
     sequencer, logger = (AcceptedBoard.of(board.identity) for board in (bench.sequencer, bench.logger))
-    fresh = Acceptance(bench.logger.identity.runs_natively, names, sequencer, logger)
+    robot = sha256_of(bench.robot.path)
+    fresh = Acceptance(bench.logger.identity.runs_natively, robot, names, sequencer, logger)
     if not file.exists() or args.force:
         return fresh
     before = read_acceptance(file)
-    if (before.sequencer, before.logger, before.steps_due) != (sequencer, logger, names):
-        out.note(f"{file} is of other boards or firmware: the acceptance begins anew.")
-        return fresh
-    # What boards and card are ready for is of now, not of when the acceptance began.
-    if args.only:
-        return before.without(("boards", *args.only))
-    return before.without(("boards",)) if before.remaining else fresh
+    # By serial numbers: a board that was flashed again has the same wires.
+    was = (before.sequencer.serial, before.logger.serial, before.robot_sha256, before.steps_due)
+    if was != (sequencer.serial, logger.serial, robot, names):
+        raise UsageError(
+            what=f"{file} is of other boards, or was held against another robot file.",
+            meaning="Nothing was done; that record is unchanged.",
+            next_step="Name another folder with --out; --force begins anew in its place.",
+        )
+    return replace(before, sequencer=sequencer, logger=logger)
 
 
-def _do_steps(acceptance: Acceptance, file: Path, bench: Bench, out: Output) -> Acceptance:
-    """Do the steps that remain; each is written before the next begins.
+def _do_steps(
+    acceptance: Acceptance, to_do: Container[str], file: Path, bench: Bench, out: Output
+) -> Acceptance:
+    """Do these steps; each is written, with the page, before the next begins.
 
     Raises Interrupted: a person ended the session.
     """
+    from tfsat_host.acceptance.page import render_page
     from tfsat_host.acceptance.record import write_acceptance
     from tfsat_host.acceptance.steps import STEPS, make_step
+    from tfsat_host.whole_file import write_whole
 
-    to_do = acceptance.remaining
+    done = {step.name for step in acceptance.steps}
     try:
         for number, step in enumerate(STEPS, 1):
             heading = f"Step {number} of {len(STEPS)}: {step.title}"
             if step.name not in to_do:
-                out.note(f"{heading}: passed before")
+                out.note(f"{heading}: {'done before' if step.name in done else 'not asked for'}")
                 continue
             again = True
             while again:
@@ -131,6 +147,7 @@ def _do_steps(acceptance: Acceptance, file: Path, bench: Bench, out: Output) -> 
                 result = make_step(step, bench, acceptance)
                 acceptance = acceptance.with_step(result)
                 write_acceptance(acceptance, file)
+                write_whole(file.with_suffix(".html"), render_page(acceptance).encode())
                 _tell(result, out)
                 again = not result.passed and out.can_ask and _ask(out, "r: repeat it", "r") == "r"
     except (KeyboardInterrupt, Interrupted) as error:
@@ -171,16 +188,11 @@ def _show(acceptance: Acceptance, page: Path, out: Output) -> None:
     out.line(f"Page: {page}")
     if acceptance.remaining:
         out.line(Advice("Next: mend that, then ", NextStep("acceptance"), " (done steps are kept)"))
+    else:
+        out.line(
+            Advice("Steps again: ", NextStep("acceptance", ("--only", "STEP")), "; all of them: --force")
+        )
     write_verdict(acceptance.verdict_line, color, out)
-
-
-def _write_page(acceptance: Acceptance, file: Path) -> Path:
-    from tfsat_host.acceptance.page import render_page
-    from tfsat_host.whole_file import write_whole
-
-    page = file.with_suffix(".html")
-    write_whole(page, render_page(acceptance).encode())
-    return page
 
 
 class _TwoPeople:
@@ -191,12 +203,18 @@ class _TwoPeople:
 
     def do(self, task: Task, number: int = 0) -> None:
         """Announce the task and wait. Raises UsageError without a terminal, Interrupted for q."""
-        from tfsat_host.acceptance.bench import Task, describe_task
+        from tfsat_host.acceptance.bench import MOVING, Task, describe_task
 
         for line in describe_task(task, number):
             self._out.note(f"  {line}")
         if task is Task.LET_GO:
             return
+        if self._out.yes and task in MOVING:
+            raise UsageError(
+                what="--yes arms nothing and moves no joint of a robot.",
+                meaning="The steps before this one are kept.",
+                next_step=Advice("Go on in a terminal: ", NextStep("acceptance")),
+            )
         if self._out.yes:
             time.sleep(LEAD_S)
         else:
@@ -215,10 +233,14 @@ def _open_boards(args: argparse.Namespace, model: RobotModel, out: Output) -> It
     with open_jog_client(args, out) as sequencer, open_logger(at_logger, out) as logger:
 
         def reopen() -> JogClient:
-            sequencer.close()
             return _reopen(args, out)
 
-        yield Bench(model, sequencer, logger, _TwoPeople(out), reopen, out.note, out.progress)
+        people = _TwoPeople(out)
+        yield Bench(model, sequencer, logger, people, reopen, out.note, out.progress, _hold_signals_back)
+
+
+def _hold_signals_back() -> AbstractContextManager[None]:
+    return handle_signals([*SIGNALS, *SUSPEND], lambda *_: None)
 
 
 def _reopen(args: argparse.Namespace, out: Output) -> JogClient:

@@ -14,6 +14,7 @@ SIGNALS: list[signal.Signals] = [
 """Windows has no SIGHUP."""
 _SUSPEND: signal.Signals | None = getattr(signal, "SIGTSTP", None)
 """Ctrl-Z; Windows has none."""
+SUSPEND: list[signal.Signals] = [] if _SUSPEND is None else [_SUSPEND]
 
 
 class StopWish:

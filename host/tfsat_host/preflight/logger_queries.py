@@ -213,7 +213,7 @@ def record_and_remove(
     logger: LoggerClient,
     before: msg.LoggerStatusReply,
     trace: Trace,
-    meanwhile: Callable[[], None],
+    meanwhile: Callable[[], object],
     read: Callable[[LoggerClient, msg.RecordStopReply], Read],
 ) -> Read:
     """Records while `meanwhile` runs, reads the recording back, and removes it whatever happens.

@@ -222,7 +222,7 @@ class Output:
         self._require_terminal(prompt, meaning)
         with single_keys(self._stdin) as read_key:
             print(_visible(prompt), end="", file=self._stderr, flush=True)
-            while (key := read_key().lower()) not in keys:
+            while not (key := read_key().lower()) or key not in keys:
                 if not key:
                     raise NotConfirmed(
                         what="The terminal was closed.",

@@ -108,7 +108,7 @@ class Channels:
         encoder = RowEncoder.of(kind, fixed)
 
         def encode(chosen: slice) -> list[bytes]:
-            return encoder.encode(t_us[chosen] + self.offset_us, rows[chosen].T)
+            return encoder.encode(t_us[chosen] + self.offset_us, list(rows[chosen].T))
 
         return Channel(topic, kind, t_us, encode, {"quality": quality} if quality else {})
 
@@ -283,7 +283,7 @@ def _channels(log: DropLog, frames: BodyFrames, make: Channels) -> Iterator[Chan
     yield make.of_samples("/release_switches", kinds["ReleaseSwitches"], log, every, list(log.switch_open.T))
     for body in range(IMU_COUNT):
         own = [column for column in columns if column.name.startswith(f"imu{body + 1}_")]
-        of_body = [*own, log.clipped[:, body]]
+        of_body: list[CountColumn | BoolArray] = [*own, log.clipped[:, body]]
         yield make.of_samples(f"/body_{body + 1}/imu", kinds["Imu"], log, own[0].valid, of_body)
     for index, column in enumerate(column for column in columns if column.name.startswith("joint")):
         joint, sensor = divmod(index, SENSORS_PER_JOINT)
