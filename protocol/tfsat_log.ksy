@@ -223,6 +223,12 @@ types:
         repeat: expr
         repeat-expr: 6
         doc: 'The same of each angle sensor.'
+      - id: maneuver_known
+        type: u1
+        doc: '1: the next field is known. 0 also in logs of firmware that does not tell it.'
+      - id: maneuver_crc
+        type: u2
+        doc: 'Of the maneuver that the sequencer held when the recording was started, as in maneuver_info.'
   log_footer:
     doc: 'Summary written when a recording is closed cleanly. Payload of a footer block.'
     seq:

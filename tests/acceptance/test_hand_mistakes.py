@@ -9,9 +9,12 @@ import pytest
 
 from tests.acceptance.bench_in_emulation import accept, emulated_bench
 from tfsat_host.acceptance import emulated_hands
-from tfsat_host.acceptance.bench import Bench, Task
+from tfsat_host.acceptance.bench import Bench, StillArmed, Task
 from tfsat_host.emulated.emulated_robot import EmulatedRobot
 from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
+from tfsat_host.errors import TfsatError
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.protocol.enums import SequencerState
 
 Do = Callable[[Task, int], None]
 
@@ -115,6 +118,43 @@ def test_one_switch_that_is_kept_pressed_leaves_the_sequencer_safe() -> None:
         instead(bench, let_one_go)
         assert "not let go within 60 s" in blocking(bench, "boards", "switches", "time")
         assert bench.sequencer.status().state.name == "SAFE"
+
+
+@pytest.mark.parametrize(
+    "failure", [TfsatError(what="It broke.", meaning="", next_step=""), KeyboardInterrupt()]
+)
+def test_a_step_that_fails_with_an_armed_board_leaves_it_safe(failure: BaseException) -> None:
+    """Whoever armed it: no step ends with a board that is armed, nor does Ctrl-C."""
+    with emulated_bench() as (bench, robot):
+
+        def arm_and_fail(_right: Do, _task: Task, _number: int) -> None:
+            arm(bench, robot)
+            raise failure
+
+        instead(bench, arm_and_fail)
+        if isinstance(failure, TfsatError):
+            assert "It broke." in blocking(bench, "rest")
+        else:
+            with pytest.raises(KeyboardInterrupt):
+                accept(bench, ["rest"])
+        assert bench.sequencer.status().state == SequencerState.SAFE
+
+
+def test_a_board_that_answers_and_stays_armed_ends_the_session(monkeypatch: pytest.MonkeyPatch) -> None:
+    with emulated_bench() as (bench, robot):
+        arm(bench, robot)
+        monkeypatch.setattr(bench.sequencer, "disarm", lambda: None)
+        with pytest.raises(StillArmed, match=r"It says that it is armed\."):
+            bench.disarm()
+
+
+def arm(bench: Bench, robot: EmulatedRobot) -> None:
+    for switch in (1, 2):
+        robot.set_switch(switch, True)
+    robot.advance(900_000)
+    bench.sequencer.upload(schedule_maneuver(four_stroke(59.0, 70.0)))
+    bench.sequencer.arm()
+    assert bench.sequencer.status().state == SequencerState.ARMED
 
 
 def accept_with_servos(bench: Bench) -> str:

@@ -81,7 +81,24 @@ def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
     note.unlink()
     again = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
     assert Path(again["maneuver"]).name == note.name, "this computer remembers the session"
+    # Without any note, on the computer that uploaded it: the card's header names what it kept.
+    remembered = Path(again["maneuver"])
+    told = remembered.read_bytes()
+    remembered.unlink()
+    by_header = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
+    kept = Path(by_header["maneuver"])
+    assert kept.name.endswith(f"-{crc}.toml")
+    assert by_header["strokes"] == again["strokes"]
+    # On another computer: the card alone contradicts a maneuver.toml, and agrees with the right one.
+    kept.unlink()
+    assert f"CRC {crc} on the sequencer" in tfsat_host("decode", "DROP0001.BIN").stdout
+    reasons = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)["verdict"]["reasons"]
+    assert any(f"held in this drop (CRC {crc} in the log's header)" in reason for reason in reasons)
+    write_maneuver(four_stroke(59, 70), stale)
+    right = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
+    assert not any("maneuver.toml" in reason for reason in right["verdict"]["reasons"])
     # With no maneuver.toml to contradict, the note alone tells what was commanded.
+    remembered.write_bytes(told)
     stale.unlink()
     alone = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
     assert Path(alone["maneuver"]).name == note.name
@@ -95,7 +112,12 @@ def test_an_upload_during_the_recording_is_noted_by_arm(
     tfsat_host("record", "start", environ=ports)
     # After `record start` noted 30/40: what arm reads back overrides it.
     tfsat_host("upload-sequence", 59, 70, environ=ports)
-    tfsat_host("arm", "--yes", environ=ports)
+    armed = tfsat_host("arm", "--yes", environ=ports)
+    # The header on the card names the earlier one, and cannot be mended from here.
+    crcs = [f"{maneuver_crc(schedule_maneuver(four_stroke(*angles))):04x}" for angles in ((30, 40), (59, 70))]
+    warned = " ".join(armed.stderr.split())
+    assert f"header names maneuver {crcs[0]}, the sequencer holds {crcs[1]}" in warned
+    assert tfsat_host.json("status", environ=ports)["logger"]["maneuver_crc"] == crcs[0]
     robot.control("wait 3s", "drop", "wait still", "wait 500ms")
     tfsat_host("record", "stop", environ=ports)
     (fetched,) = tfsat_host.json("log", "fetch", 1, environ=ports)["logs"]

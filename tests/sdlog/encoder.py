@@ -52,6 +52,8 @@ HEADER = LogHeader(
     wall_clock_us=0,
     imu_offset_us=(0, 390, 0, 390),
     angle_offset_us=(0, 5, 10, 15, 20, 25),
+    maneuver_known=1,
+    maneuver_crc=0x7A11,
 )
 
 

@@ -27,6 +27,7 @@ from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.export_mcap import METADATA_NAME, QUICK_LOOK, BodyFrames, write_mcap
 from tfsat_host.sdlog.log_summary import METADATA
+from tfsat_host.sdlog.protobuf_rows import FRAME_TRANSFORM, RowEncoder, foxglove_kind, message_class
 
 NO_FRAMES = BodyFrames((), (), ())
 SENSORS = [f"/joint_{joint}/sensor_{sensor}" for joint in (1, 2, 3) for sensor in (1, 2)]
@@ -155,6 +156,16 @@ def test_transforms_of_a_known_motion(tmp_path: Path) -> None:
     assert (place.x, place.y, place.z) == pytest.approx((0.102, 0.0, 0.202))
     assert (q.x, q.y, q.z, q.w) == pytest.approx((0, np.sqrt(0.5), 0, np.sqrt(0.5)))
     assert topics["/quick_look/joint_3"][-1][1].angle_deg == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize("length", [1, 127, 128, 300])
+def test_names_of_any_length_are_encoded(length: int) -> None:
+    kind = foxglove_kind("FrameTransform", FRAME_TRANSFORM)
+    encoder = RowEncoder.of(kind, {"parent_frame_id": "p" * length, "child_frame_id": "child"})
+    (encoded,) = encoder.encode(np.array([1_500_000]), [np.array([number]) for number in range(7)])
+    decoded = message_class(kind).FromString(encoded)
+    assert (decoded.parent_frame_id, decoded.child_frame_id) == ("p" * length, "child")
+    assert (decoded.timestamp.nanos, decoded.translation.y, decoded.rotation.w) == (500_000_000, 1.0, 6.0)
 
 
 def test_quick_looks_are_marked_in_their_channels(tmp_path: Path) -> None:

@@ -88,8 +88,10 @@ struct BoardBench {
   }
   LoggerStatusReply status() { return get<LoggerStatusReply>(LoggerStatusRequest::kType); }
   RecordStartReply start(uint32_t number, uint64_t unix_us = 0) {
-    return get<RecordStartReply>(RecordStartRequest::kType,
-                                 encoded(RecordStartRequest{number, unix_us}));
+    return start(RecordStartRequest{number, unix_us, 0, 0});
+  }
+  RecordStartReply start(const RecordStartRequest& request) {
+    return get<RecordStartReply>(RecordStartRequest::kType, encoded(request));
   }
   void write_settings(const LoggerSettings& settings) {
     const std::vector<uint8_t> payload = encoded(LoggerSettingsWriteRequest{settings});

@@ -158,7 +158,7 @@ TEST_CASE(a_memory_that_does_not_keep_settings_is_told_and_nothing_changes) {
 TEST_CASE(late_ticks_are_logged_and_counted_since_the_start) {
   Bench bench;
   bench.run_ms(100);
-  bench.ask(RecordStartRequest{1, 0});
+  bench.ask(RecordStartRequest{1, 0, 0, 0});
   bench.run_ms(100);
   bench.t_us += 3571;  // a tick without a sample
   bench.run_ms(100);
@@ -181,7 +181,7 @@ TEST_CASE(strokes_and_events_of_a_recording_do_not_reach_the_next) {
   Bench bench;
   bench.ask(LoggerSettingsWriteRequest{small_file(10)});
   bench.run_ms(500);
-  bench.ask(RecordStartRequest{1, 0});
+  bench.ask(RecordStartRequest{1, 0, 0, 0});
   bench.run_ms(500);
   for (int i = 0; i < 3; ++i) bench.edge(Edge::Source::kStroke, 0, true);
   bench.run_ms(500);
@@ -189,7 +189,7 @@ TEST_CASE(strokes_and_events_of_a_recording_do_not_reach_the_next) {
   bench.interrupt();
   for (int i = 0; i < 20 && bench.core.state() != LoggerState::kStopped; ++i) bench.loop();
   CHECK(bench.core.state() == LoggerState::kStopped);
-  bench.ask(RecordStartRequest{2, 0});
+  bench.ask(RecordStartRequest{2, 0, 0, 0});
   CHECK(bench.core.state() == LoggerState::kRecording);
   bench.edge(Edge::Source::kStroke, 0, true);
   bench.run_ms(500);
@@ -201,12 +201,12 @@ TEST_CASE(a_recording_that_follows_one_in_ram_begins_with_no_events) {
   Bench bench;
   bench.card.open_error = ErrorCode::kNoCard;
   bench.run_ms(100);
-  bench.ask(RecordStartRequest{1, 0});
+  bench.ask(RecordStartRequest{1, 0, 0, 0});
   bench.run_ms(100);
   for (uint8_t i = 0; i < 40; ++i) bench.edge(Edge::Source::kStroke, 0, true);
   bench.interrupt();  // most of them wait for room
   bench.card.open_error = ErrorCode::kNone;
-  bench.ask(RecordStartRequest{2, 0});
+  bench.ask(RecordStartRequest{2, 0, 0, 0});
   CHECK(bench.core.state() == LoggerState::kRecording);
   bench.run_ms(500);
   CHECK(events_of(bench.stop(), EventCode::kStroke).empty());
@@ -215,7 +215,7 @@ TEST_CASE(a_recording_that_follows_one_in_ram_begins_with_no_events) {
 TEST_CASE(a_chattering_switch_takes_no_room_from_what_the_logger_has_to_tell) {
   Bench bench;
   bench.run_ms(100);
-  bench.ask(RecordStartRequest{1, 0});
+  bench.ask(RecordStartRequest{1, 0, 0, 0});
   bench.run_ms(100);
   for (uint8_t i = 0; i < 200; ++i) bench.edge(Edge::Source::kSwitch, 0, i % 2 == 0);
   bench.interrupt();
@@ -236,7 +236,7 @@ TEST_CASE(nobody_looks_at_the_card_while_only_ram_has_the_fall) {
   bench.card.open_error = ErrorCode::kNoCard;
   bench.run_ms(5000);
   CHECK(bench.card.looks == 3);
-  bench.ask(RecordStartRequest{1, 0});
+  bench.ask(RecordStartRequest{1, 0, 0, 0});
   bench.run_ms(5000);
   const int looks = bench.card.looks;
   CHECK(looks >= 5);

@@ -7,6 +7,7 @@ using tfsat::logger::kRingBlocks;
 namespace {
 
 constexpr uint32_t kDearNs = 30000;
+constexpr uint16_t kManeuverCrc = 0xBEEF;
 
 // At 1 kHz 2 MiB last for a drop of 11 s, its second copy, and 8 s before.
 struct SmallFile : BoardBench {
@@ -16,7 +17,7 @@ struct SmallFile : BoardBench {
     settings.file_mib = 2;
     settings.after_landing_s = 5;
     write_settings(settings);
-    session = start(1).session;
+    session = start({1, 0, 1, kManeuverCrc}).session;
   }
   void check_ram_keeps_the_drop() {
     run_ms(12000);
@@ -34,6 +35,7 @@ TEST_CASE(a_full_file_goes_on_in_the_next_and_a_stop_ends_it) {
   bench.run_ms(20000);
   CHECK(bench.status().state == LoggerState::kRecording && bench.status().session != bench.session);
   CHECK(bench.start(1).session == bench.status().session);  // a late copy of the first start
+  CHECK(bench.refused(RecordStartRequest{2, 0, 1, 0x1234}).code == ErrorCode::kWrongState);
   bench.stop();
   bench.run_ms(500);
   CHECK(bench.status().state == LoggerState::kStopped);
@@ -43,6 +45,9 @@ TEST_CASE(a_full_file_goes_on_in_the_next_and_a_stop_ends_it) {
   for (uint16_t number = 1; number <= 3; ++number) {
     const Recording log = bench.file(number);
     CHECK(log.samples.size() == log.footers.at(0).samples && log.headers.size() > 1);
+    for (const LogHeader& header : log.headers) {
+      CHECK(header.maneuver_known == 1 && header.maneuver_crc == kManeuverCrc);
+    }
     if (number < 3) CHECK(log.footers[0].stop_reason == StopReason::kFileFull);
     if (number > 1) CHECK(log.sample_times_us.front() - last_us < 50000);
     last_us = log.sample_times_us.back();
@@ -121,7 +126,7 @@ TEST_CASE(a_card_that_is_counted_for_4_s_leaves_no_request_without_an_answer) {
     for (int i = 0; i < 60; ++i) {
       CHECK(bench.status().card == CardState::kUnknown);
       CHECK(bench.get<HelloReply>(HelloRequest::kType).board == Board::kLogger);
-      CHECK(bench.refused(RecordStartRequest{7, 0}).code == ErrorCode::kBusy);
+      CHECK(bench.refused(RecordStartRequest{7, 0, 0, 0}).code == ErrorCode::kBusy);
       CHECK(bench.refused(LogListRequest{0}).code == ErrorCode::kBusy);
     }
     bench.run_ms(3000);

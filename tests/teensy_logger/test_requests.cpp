@@ -140,6 +140,22 @@ TEST_CASE(hello_and_status_tell_what_the_board_is) {
   CHECK(status.uptime_ms >= 200 && status.uptime_ms <= 215);
 }
 
+TEST_CASE(each_recording_names_the_maneuver_of_its_own_start) {
+  Bench bench;
+  CHECK(bench.status().maneuver_known == 0);
+  const RecordStartRequest starts[] = {{1, 0, 1, 0xC0DE}, {2, 0, 0, 0xBAD0}, {3, 0, 1, 0}};
+  for (const RecordStartRequest& start : starts) {
+    bench.start(start);
+    CHECK(bench.status().maneuver_known == start.maneuver_known);
+    CHECK(bench.status().maneuver_crc == start.maneuver_crc);
+    bench.run_ms(200);
+    bench.stop();
+    const LogHeader header = bench.file(static_cast<uint16_t>(start.number)).headers.at(0);
+    CHECK(header.maneuver_known == start.maneuver_known);
+    CHECK(header.maneuver_crc == start.maneuver_crc);
+  }
+}
+
 TEST_CASE(requests_that_cannot_be_served_say_why) {
   Bench bench;
   const auto error = [&bench](uint8_t type, const std::vector<uint8_t>& payload) {
@@ -152,7 +168,7 @@ TEST_CASE(requests_that_cannot_be_served_say_why) {
   CHECK(error(RecordStartRequest::kType, {1, 2}) == ErrorCode::kBadLength);
   CHECK(error(HelloRequest::kType, {0}) == ErrorCode::kBadLength);
   bench.start(1);
-  CHECK(bench.refused(RecordStartRequest{9, 0}).code == ErrorCode::kWrongState);
+  CHECK(bench.refused(RecordStartRequest{9, 0, 0, 0}).code == ErrorCode::kWrongState);
   CHECK(bench.refused(LogListRequest{0}).code == ErrorCode::kWrongState);
   CHECK(bench.refused(LogReadRequest{1, 1, 0, 1}).code == ErrorCode::kWrongState);
   CHECK(bench.refused(LogEraseRequest{1, 1}).code == ErrorCode::kWrongState);

@@ -20,12 +20,12 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.devices.sequencer import maneuver_from_board
 from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.clock_fit import ClockFit
 from tfsat_host.evaluation.clocks import CRYSTAL_PPM, align_clocks
 from tfsat_host.maneuver import Maneuver, Schedule, Stroke, schedule_maneuver
 from tfsat_host.next_step import NextStep
 from tfsat_host.preflight.logger_queries import Trace, fetch_recording, record_and_remove
 from tfsat_host.preflight.preflight_check import PreflightCheck, go, judge, no_go
-from tfsat_host.present.stored_settings import flight_words
 from tfsat_host.protocol.enums import Origin, SequencerState
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.sdlog import DropLog
@@ -102,13 +102,7 @@ def judge_time(log: DropLog, schedule: Schedule) -> list[PreflightCheck]:
                 strokes=starts,
             )
         ]
-    last_s = schedule.strokes[-1].t_s
-    shift_us = 1e6 * last_s * (1.0 / clock.slope - 1.0)
-    strokes = [residual for residual in clock.residuals if residual.pair.event != "release"]
-    release = [residual for residual in clock.residuals if residual.pair.event == "release"]
-    worst_s = max((abs(residual.residual_s) for residual in strokes), default=0.0)
-    rate = f"{clock.rate_ppm:+.1f} ± {clock.rate_ppm_std:.1f} ppm"
-    checks = [
+    return [
         judge(
             []
             if edges == starts
@@ -119,38 +113,52 @@ def judge_time(log: DropLog, schedule: Schedule) -> list[PreflightCheck]:
             edges=edges,
             strokes=starts,
         ),
+        _judge_ratio(clock, schedule),
+        *_judge_dates(clock),
+    ]
+
+
+def _judge_ratio(clock: ClockFit, schedule: Schedule) -> PreflightCheck:
+    """Judge the ratio of the clocks, and say what it moves the last stroke by."""
+    shift_us = 1e6 * schedule.strokes[-1].t_s * (1.0 / clock.slope - 1.0)
+    rate = f"{clock.rate_ppm:+.1f} ± {clock.rate_ppm_std:.1f} ppm"
+    return judge(
+        [rate] if abs(clock.rate_ppm) > CRYSTAL_PPM else [],
+        f"Clock ratio: {{}} (limit {CRYSTAL_PPM:g}).",
+        "Change the board whose crystal is off.",
+        f"Clock ratio: Micro against Teensy {rate}, {shift_us:+.0f} µs at the last stroke.",
+        rate_ppm=clock.rate_ppm,
+        rate_ppm_std=clock.rate_ppm_std,
+        at_last_stroke_us=shift_us,
+    )
+
+
+def _judge_dates(clock: ClockFit) -> list[PreflightCheck]:
+    """Judge the dates of the strokes and of the release, the ratio of the clocks removed."""
+    strokes = [residual for residual in clock.residuals if residual.pair.event != "release"]
+    worst_s = max((abs(residual.residual_s) for residual in strokes), default=0.0)
+    late = worst_s > MAX_STROKE_RESIDUAL_S or not all(residual.used for residual in strokes)
+    releases = [residual.residual_s for residual in clock.residuals if residual.pair.event == "release"]
+    return [
         judge(
-            [rate] if abs(clock.rate_ppm) > CRYSTAL_PPM else [],
-            f"Clock ratio: {{}} (limit {CRYSTAL_PPM:g}).",
-            "Change the board whose crystal is off.",
-            f"Clock ratio: Micro against Teensy {rate}, {shift_us:+.0f} µs at the last stroke.",
-            rate_ppm=clock.rate_ppm,
-            rate_ppm_std=clock.rate_ppm_std,
-            at_last_stroke_us=shift_us,
-        ),
-        judge(
-            [f"{1e6 * worst_s:.0f} µs"]
-            if worst_s > MAX_STROKE_RESIDUAL_S or not all(r.used for r in strokes)
-            else [],
+            [f"{1e6 * worst_s:.0f} µs"] if late else [],
             f"Stroke times: residual {{}} (limit {1e6 * MAX_STROKE_RESIDUAL_S:.0f} µs).",
             "Repeat the step; if it stays, flash the sequencer again.",
             f"Stroke times: within {max(1.0, 1e6 * worst_s):.0f} µs of the schedule, clock ratio removed.",
             scheduled_s=[residual.pair.clock_s for residual in strokes],
             residual_us=[1e6 * residual.residual_s for residual in strokes],
         ),
-    ]
-    for residual in release:
-        apart_s = abs(residual.residual_s)
-        checks.append(
+        *(
             judge(
-                [f"{1e3 * apart_s:.1f} ms"] if apart_s > MAX_RELEASE_RESIDUAL_S else [],
+                [f"{1e3 * abs(apart_s):.1f} ms"] if abs(apart_s) > MAX_RELEASE_RESIDUAL_S else [],
                 "Release: both boards' dates differ by {}.",
                 "Check the switches' wires to both boards; repeat the step.",
-                f"Release: both boards' dates agree within {max(1.0, 1e6 * apart_s):.0f} µs.",
-                apart_us=1e6 * residual.residual_s,
+                f"Release: both boards' dates agree within {max(1.0, 1e6 * abs(apart_s)):.0f} µs.",
+                apart_us=1e6 * apart_s,
             )
-        )
-    return checks
+            for apart_s in releases
+        ),
+    ]
 
 
 def check_supply(bench: Bench, closed_rad: Sequence[float]) -> PreflightCheck:
@@ -276,7 +284,9 @@ def _restoring(bench: Bench) -> Iterator[None]:
             )
         else:
             if stored.origin == Origin.FACTORY:
-                bench.note(f"  The sequencer held no maneuver of yours; now: {flight_words(stored)}")
+                bench.note(
+                    f"  The sequencer holds the factory's maneuver again, as an uploaded one (CRC {stored.crc:04x})."
+                )
 
 
 def _one_by_one() -> Schedule:

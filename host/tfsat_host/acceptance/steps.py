@@ -202,7 +202,7 @@ def _blocking(before: Acceptance, *names: str) -> str:
 
 
 def _see(check: str) -> PreflightCheck:
-    return not_made(f"Not made: {check} has to be right first.", f"See {check}.")
+    return not_made(f"It waits for {check}, which has to be right first.", f"See {check}.")
 
 
 def make_step(step: AcceptanceStep, bench: Bench, before: Acceptance) -> StepResult:

@@ -89,9 +89,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _start(args: argparse.Namespace, out: Output) -> int:
-
     with open_logger(args, out) as logger:
-        started = _begin(logger)
+        held_maneuver = ask_sequencer(out.note, logger_named=args.port is not None)
+        maneuver_crc = None if held_maneuver is None else held_maneuver.stored.crc
+        started = _begin(logger, maneuver_crc)
         with out.progress("Waiting until the card takes blocks"):
             status = logger.wait_for_card()
         present = [bool(status.imu_present >> bit & 1) for bit in range(IMU_COUNT)]
@@ -100,10 +101,9 @@ def _start(args: argparse.Namespace, out: Output) -> int:
             f"IMU {body} does not answer: the rates of body {body} are not recorded." for body in silent
         )
         session = f"{started.session:08x}"
-        held_maneuver = ask_sequencer(out.note, logger_named=args.port is not None)
         if held_maneuver is not None:
             note_held(held_maneuver, started.session, "record start", out.note)
-        crc = None if held_maneuver is None else f"{held_maneuver.stored.crc:04x}"
+        crc = None if maneuver_crc is None else f"{maneuver_crc:04x}"
         holds = "" if crc is None else f" The sequencer holds maneuver {crc}."
         out.result(
             record(_STARTED, StartedRecording(status, session, present, crc, logger.device())),
@@ -116,13 +116,13 @@ def _start(args: argparse.Namespace, out: Output) -> int:
     return 0
 
 
-def _begin(logger: LoggerClient) -> RecordStartReply:
-    """Start a recording.
+def _begin(logger: LoggerClient, maneuver_crc: int | None) -> RecordStartReply:
+    """Start a recording whose header names the maneuver that the sequencer holds.
 
     Raises BoardError, and RefusedError if one is running already: a good recording is not to be ended.
     """
     try:
-        return logger.start_recording(unix_us=time.time_ns() // 1000)
+        return logger.start_recording(unix_us=time.time_ns() // 1000, maneuver_crc=maneuver_crc)
     except BoardError as error:
         status = logger.status()
         if error.code != ErrorCode.WRONG_STATE or status.state != LoggerState.RECORDING:

@@ -77,15 +77,19 @@ class LoggerClient(BoardClient):
         """Read the board's status."""
         return self._client.request(msg.LoggerStatusRequest(), msg.LoggerStatusReply)
 
-    def start_recording(self, number: int | None = None, *, unix_us: int = 0) -> msg.RecordStartReply:
+    def start_recording(
+        self, number: int | None = None, *, unix_us: int = 0, maneuver_crc: int | None = None
+    ) -> msg.RecordStartReply:
         """Starts a recording.
 
         Args:
             number: Tells this start from others; drawn at random by default.
             unix_us: Time of day for the log; 0 leaves the logger's clock as it is.
+            maneuver_crc: Of the maneuver that the sequencer holds, for the log's header; None: not known.
         """
         chosen = secrets.randbits(32) if number is None else number
-        return self._client.request(msg.RecordStartRequest(chosen, unix_us), msg.RecordStartReply)
+        maneuver = (maneuver_crc is not None, maneuver_crc or 0)
+        return self._client.request(msg.RecordStartRequest(chosen, unix_us, *maneuver), msg.RecordStartReply)
 
     def wait_for_card(self) -> msg.LoggerStatusReply:
         """Waits until the card takes the blocks of the recording that was started; the status then.

@@ -143,6 +143,10 @@ LOGGER: Columns = (
     Column("ram_holds_drop", of=lambda board: bool(board.status.ram_holds_drop)),
     Column("switches_closed", of=lambda board: switches_closed(board.status.switches_open)),
     Column("session", of=lambda board: f"{board.status.session:08x}"),
+    Column(
+        "maneuver_crc",
+        of=lambda board: f"{board.status.maneuver_crc:04x}" if board.status.maneuver_known else None,
+    ),
 )
 """For JSON, of whatever has a logger's `status`."""
 LOGGER_JSON: Columns = (

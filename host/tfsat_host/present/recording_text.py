@@ -110,6 +110,11 @@ _FACTS: Columns = (
     Column(
         "", "Started", words=lambda log: "" if log.unix_offset_us is None else utc(log.header.wall_clock_us)
     ),
+    Column(
+        "",
+        "Maneuver",
+        words=lambda log: "" if log.maneuver_crc is None else f"CRC {log.maneuver_crc:04x} on the sequencer",
+    ),
     Column("", "Samples", words=_sampling),
     Column("", "Timing", words=_timing),
     Column("", "Card", words=_card),

@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("2a017cb61837966b")
+PROTOCOL_HASH = bytes.fromhex("0c225f038fe37be9")
 FIRMWARE_VERSION = (0, 2, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80

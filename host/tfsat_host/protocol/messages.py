@@ -140,6 +140,8 @@ class LogHeader(Record):
         wall_clock_us: Unix time at time_us, if the host set the clock; else 0.
         imu_offset_us: From a sample's time to the moment of each IMU's reading. 0 in logs of block_version 2, which do not tell it.
         angle_offset_us: The same of each angle sensor.
+        maneuver_known: 1: the next field is known. 0 also in logs of firmware that does not tell it.
+        maneuver_crc: Of the maneuver that the sequencer held when the recording was started, as in maneuver_info.
     """
 
     protocol_hash: Annotated[bytes, 8]
@@ -163,6 +165,8 @@ class LogHeader(Record):
     wall_clock_us: U64
     imu_offset_us: Annotated[tuple[U16, ...], 4]
     angle_offset_us: Annotated[tuple[U16, ...], 6]
+    maneuver_known: U8
+    maneuver_crc: U16
 
 
 class LogFooter(Record):
@@ -374,6 +378,8 @@ class LoggerStatusReply(Payload):
         late_ticks: Ticks of the sampling timer without a sample, since the board started.
         settings_origin: Of the settings in force.
         unix_us: Time of day, or 0 when no host has set it.
+        maneuver_known: 1: the next field is known.
+        maneuver_crc: Of the maneuver in the header of the present or last recording; see LogHeader.
     """
 
     TYPE = 0x83
@@ -397,6 +403,8 @@ class LoggerStatusReply(Payload):
     late_ticks: U32
     settings_origin: Origin
     unix_us: U64
+    maneuver_known: U8
+    maneuver_crc: U16
 
 
 class ManeuverBeginRequest(Payload):
@@ -575,11 +583,15 @@ class RecordStartRequest(Payload):
     Attributes:
         number: Chosen at random by the host.
         unix_us: Time of day; 0 leaves the clock as it is.
+        maneuver_known: 1: the next field is known.
+        maneuver_crc: Of the maneuver that the sequencer holds, for the header; see LogHeader.
     """
 
     TYPE = 0x40
     number: U32
     unix_us: U64
+    maneuver_known: U8
+    maneuver_crc: U16
 
 
 class RecordStartReply(Payload):

@@ -175,7 +175,7 @@ def _prepare(day: Day, preflight: Preflight | None, at: Callable[[Moment], None]
     progress("recording in the releaser")
     # The truth starts with the recording, so that every sample has one to be compared with.
     robot.record_truth(TRUTH_PERIOD_US)
-    day.logger.start_recording(unix_us=round(day.unix_s() * US_PER_S))
+    day.logger.start_recording(unix_us=round(day.unix_s() * US_PER_S), maneuver_crc=day.upload.stored.crc)
     # A recording that the card does not take would show only after the landing.
     day.logger.wait_for_card()
     at(Moment.RECORDING)

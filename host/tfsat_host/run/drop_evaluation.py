@@ -231,8 +231,8 @@ def evaluate_run(
     _name_robot(files.recording, robot, notices)
     witnesses = _witnesses(options)
     log = _read(files.recording, options.session, notices)
-    # Needs the log's session, under which the note of what the sequencer held is filed.
-    commanded = find_commanded(files, options.maneuver, log.session)
+    # Needs the log: its session, under which the note of what the sequencer held is filed, and its header.
+    commanded = find_commanded(files, options.maneuver, log)
     files = replace(files, maneuver=commanded.file)
     # Also writes this drop's landing into the certificate: what it may have moved is stale from then on.
     certificate, calibration = _calibration(log, options.calibration, robot, notices)

@@ -2,8 +2,9 @@
 
 `upload-sequence` keeps what it uploaded in the user's state folder, by the board's serial number and the maneuver's
 CRC. `record start`, `arm` and `log fetch` read the board back and note its maneuver there for the session that the
-logger records; `log fetch` copies the note beside the recording, as `maneuver-SESSION.toml`. `evaluate` takes a
-`maneuver.toml` for what was commanded only where it agrees with that note.
+logger records; `log fetch` copies the note beside the recording, as `maneuver-SESSION.toml`. The log's header has the
+CRC as well, so that a card alone tells. `evaluate` takes a `maneuver.toml` for what was commanded only where it agrees
+with that note, or where there is none with the header.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tfsat_host.devices.last_run import holds_what_flew
-from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, maneuver_from_board
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, maneuver_crc, maneuver_from_board
 from tfsat_host.devices.serial_ports import PortError, PortProblem, find_port, port_variable
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.errors import TfsatError
@@ -25,6 +27,9 @@ from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver
 from tfsat_host.run.files import MANEUVER, RunFiles, schedule_in
 from tfsat_host.user_folders import NoUserFolder, state_folder
 from tfsat_host.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from tfsat_host.sdlog import DropLog
 
 Note = Callable[[str], None]
 """Hears something that a person should know, and that is no result."""
@@ -151,38 +156,54 @@ def note_text(held_maneuver: HeldManeuver, session: int, command: str, name: str
     return header + format_maneuver(maneuver_from_board(stored, name=name))
 
 
-def find_commanded(files: RunFiles, named: Path | None, session: int) -> CommandedManeuver:
+def find_commanded(files: RunFiles, named: Path | None, log: DropLog) -> CommandedManeuver:
     """Decide what was commanded: the named file, else what the sequencer held, else `maneuver.toml`.
 
     Args:
         files: Of the drop.
         named: The maneuver that was typed.
-        session: Of the recording.
+        log: The recording.
 
     Raises:
         ManeuverError: a file cannot be read or understood.
     """
     schedule = None if files.maneuver is None else schedule_in(files.maneuver)
-    note = find_note(files.recording, session)
+    note = find_note(files.recording, log.session) or _find_upload(log.maneuver_crc)
     held_schedule = None if note is None else schedule_in(note)
-    # The same strokes to the last stored digit: what else differs in the files does not matter.
-    if held_schedule is None or (schedule is not None and schedule.is_same_motion(held_schedule)):
-        return CommandedManeuver(files.maneuver, schedule)
     if schedule is None:
         return CommandedManeuver(note, held_schedule)
+    # The same strokes to the last stored digit: what else differs in the files does not matter.
+    if held_schedule is not None:
+        agree = schedule.is_same_motion(held_schedule)
+    else:
+        agree = log.maneuver_crc in (None, maneuver_crc(schedule))
+    if agree:
+        return CommandedManeuver(files.maneuver, schedule)
     # They contradict each other: the board's read-back is evidence of what flew, the file is not.
-    words = f"{files.maneuver} is not the maneuver that the sequencer held in this drop ({note})"
+    held = note or f"CRC {log.maneuver_crc:04x} in the log's header"
+    words = f"{files.maneuver} is not the maneuver that the sequencer held in this drop ({held})"
     # A person's explicit choice goes before the evidence; a leftover maneuver.toml becomes an objection.
     if named is not None:
         return CommandedManeuver(
             files.maneuver, schedule, remark=f"{words}; it was named with --maneuver and is compared."
         )
+    if note is None:
+        objection = f"{words}; the drop is compared with the file. To name the right one: --maneuver FILE"
+        return CommandedManeuver(files.maneuver, schedule, objection=objection)
     objection = (
         f"{words}; the drop is compared with what the sequencer held. If {MANEUVER} is left over from another drop, "
         f"replace it: cp {shlex.quote(str(note))} {shlex.quote(str(files.maneuver))}. To compare with it all the "
         f"same: --maneuver {shlex.quote(str(files.maneuver))}"
     )
     return CommandedManeuver(note, held_schedule, objection=objection)
+
+
+def _find_upload(crc: int | None) -> Path | None:
+    """Find a maneuver of this CRC that this computer uploaded, to whichever board: its strokes are the same."""
+    try:
+        return None if crc is None else next(iter(sorted(_folder().glob(f"*-{crc:04x}.toml"))), None)
+    except NoUserFolder:
+        return None
 
 
 def _kept_name(held_maneuver: HeldManeuver) -> str:
@@ -198,12 +219,16 @@ def _kept_name(held_maneuver: HeldManeuver) -> str:
         return ""
 
 
+def _folder() -> Path:
+    return state_folder() / "maneuvers"
+
+
 def _upload_file(serial: str, crc: int) -> Path:
-    return state_folder() / "maneuvers" / f"{serial or 'no-serial'}-{crc:04x}.toml"
+    return _folder() / f"{serial or 'no-serial'}-{crc:04x}.toml"
 
 
 def _note_file(session: int) -> Path:
-    return state_folder() / "maneuvers" / note_name(session)
+    return _folder() / note_name(session)
 
 
 def _reason(error: OSError | NoUserFolder) -> str:

@@ -100,7 +100,9 @@ def arm(
     if refusal is not None:
         raise refusal
     # While the sequencer is still safe: a drop that is not recorded leaves no data.
-    recording, origin, session = _logger(operator, sequencer_named=sequencer_named, unrecorded=unrecorded)
+    recording, origin, session = _logger(
+        operator, maneuver.crc, sequencer_named=sequencer_named, unrecorded=unrecorded
+    )
     calibration = _calibration(certificate, origin, operator)
     operator.note(flight_words(maneuver))
     operator.note(_servo_warning(status.state))
@@ -152,7 +154,7 @@ def _servo_warning(state: SequencerState) -> str:
 
 
 def _logger(
-    operator: Operator, *, sequencer_named: bool, unrecorded: bool
+    operator: Operator, maneuver_crc: int, *, sequencer_named: bool, unrecorded: bool
 ) -> tuple[bool | None, Origin | None, int | None]:
     """Query the logger for its recording state, the origin of its sensors and the session it records.
 
@@ -203,6 +205,16 @@ def _logger(
             Advice(
                 f"The logger at {port} is not recording ({status.state.name.lower()}): a drop now would leave no data. "
                 "Start it: ",
+                NextStep("record start"),
+            )
+        )
+    elif status.maneuver_known and status.maneuver_crc != maneuver_crc:
+        operator.warn(
+            Advice(
+                f"The recording's header names maneuver {status.maneuver_crc:04x}, the sequencer holds "
+                f"{maneuver_crc:04x}: the card alone would tell of the wrong one. A recording that names it: ",
+                NextStep("record stop"),
+                ", then ",
                 NextStep("record start"),
             )
         )

@@ -167,6 +167,11 @@ class DropLog:
         return told_us - self.header_time_us if told_us >= MIN_WALL_CLOCK_US else None
 
     @property
+    def maneuver_crc(self) -> int | None:
+        """Of the maneuver that the sequencer held when the recording was started; None: the header does not tell."""
+        return self.header.maneuver_crc if self.header.maneuver_known else None
+
+    @property
     def origin_us(self) -> int:
         """The logger's clock at t_s = 0: the release, or without one the first sample."""
         return int(self.t_us[0]) if self.release_us is None else self.release_us

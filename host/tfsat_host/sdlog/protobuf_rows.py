@@ -6,7 +6,7 @@ end with zeros that carry nothing (https://protobuf.dev/programming-guides/encod
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Final, Self
@@ -88,8 +88,7 @@ class RowEncoder:
 
     Attributes:
         template: (length,) uint8, a message whose times and numbers are zero.
-        doubles: Where each number begins, in the order of the columns.
-        flags: The same of truth values; columns of both kinds come in the order of the fields.
+        places: Where each number or truth value begins, and whether it is a truth value, in the order of the fields.
     """
 
     template: NDArray[np.uint8]
@@ -103,7 +102,7 @@ class RowEncoder:
         for number, (name, field_kind) in enumerate(_split(kind.fields), 2):
             if field_kind == "text":
                 text = fixed[name].encode()
-                message += bytes((number << 3 | _BYTES, len(text))) + text
+                message += bytes((number << 3 | _BYTES, *_varint(len(text)))) + text
             elif field_kind == "bool":
                 places.append((len(message) + 1, True))
                 message += bytes((number << 3 | _VARINT, 0))
@@ -138,6 +137,13 @@ def _timestamp_template() -> bytes:
     return bytes((1 << 3 | _BYTES, len(inner))) + inner
 
 
+def _varint(number: int) -> Iterator[int]:
+    while number > 0x7F:
+        yield number & 0x7F | 0x80
+        number >>= 7
+    yield number
+
+
 def _put_varint(place: NDArray[np.uint8], numbers: IntArray) -> None:
     """Write numbers (n,) from 0 below 2^35 into (n, 5) bytes, seven bits each, the lowest first."""
     for index in range(_VARINT_BYTES):
@@ -147,7 +153,7 @@ def _put_varint(place: NDArray[np.uint8], numbers: IntArray) -> None:
 
 def encode_event(t_us: int, kind: Kind, values: Sequence[Any]) -> bytes:
     """Encode one message with numbers and texts of any length, such as an event."""
-    message = _message_class(kind)()
+    message = message_class(kind)()
     message.timestamp.seconds, micro = divmod(t_us, 1_000_000)
     message.timestamp.nanos = micro * 1000
     for (name, _), value in zip(_split(kind.fields), values, strict=True):
@@ -156,7 +162,8 @@ def encode_event(t_us: int, kind: Kind, values: Sequence[Any]) -> bytes:
 
 
 @cache
-def _message_class(kind: Kind) -> Any:
+def message_class(kind: Kind) -> Any:
+    """Return protobuf's own class of these messages."""
     from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
     # A pool of its own: the process's may know a file of that name with other contents.

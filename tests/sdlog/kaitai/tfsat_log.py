@@ -1,4 +1,4 @@
-# sha256 of protocol/tfsat_log.ksy: c90a87d5e3740f996387961d3aa1504a46d8f5da75c3f32ea5b2d18fb0b1c6f5
+# sha256 of protocol/tfsat_log.ksy: 7285da3d389b9929234b99dcb04fe7cb78b6bcc0be14571956b410b9a604d8c0
 # ruff: noqa
 # fmt: off
 # mypy: ignore-errors
@@ -319,6 +319,8 @@ class TfsatLog(KaitaiStruct):
             for i in range(6):
                 self.angle_offset_us.append(self._io.read_u2le())
 
+            self.maneuver_known = self._io.read_u1()
+            self.maneuver_crc = self._io.read_u2le()
 
 
         def _fetch_instances(self):

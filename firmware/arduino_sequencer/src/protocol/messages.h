@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x2A, 0x01, 0x7C, 0xB6, 0x18, 0x37, 0x96, 0x6B};
+constexpr uint8_t kProtocolHash[8] = {0x0C, 0x22, 0x5F, 0x03, 0x8F, 0xE3, 0x7B, 0xE9};
 constexpr uint8_t kFirmwareVersion[3] = {0, 2, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -589,7 +589,7 @@ struct BlockHeader {
 
 // What was recorded, with which scales. Payload of a header block.
 struct LogHeader {
-  static constexpr size_t kSize = 472;
+  static constexpr size_t kSize = 475;
 
   uint8_t protocol_hash[8];  // Of the specification that the firmware was built with.
   uint8_t firmware_version[3];  // Major, minor, patch.
@@ -612,6 +612,8 @@ struct LogHeader {
   uint64_t wall_clock_us;  // Unix time at time_us, if the host set the clock; else 0.
   uint16_t imu_offset_us[4];  // From a sample's time to the moment of each IMU's reading. 0 in logs of block_version 2, which do not tell it.
   uint16_t angle_offset_us[6];  // The same of each angle sensor.
+  uint8_t maneuver_known;  // 1: the next field is known. 0 also in logs of firmware that does not tell it.
+  uint16_t maneuver_crc;  // Of the maneuver that the sequencer held when the recording was started, as in maneuver_info.
 
   void write(Writer& out) const {
     for (size_t i = 0; i < 8; ++i) out.u8(protocol_hash[i]);
@@ -635,6 +637,8 @@ struct LogHeader {
     out.u64(wall_clock_us);
     for (size_t i = 0; i < 4; ++i) out.u16(imu_offset_us[i]);
     for (size_t i = 0; i < 6; ++i) out.u16(angle_offset_us[i]);
+    out.u8(maneuver_known);
+    out.u16(maneuver_crc);
   }
 
   void read(Reader& in) {
@@ -659,6 +663,8 @@ struct LogHeader {
     wall_clock_us = in.u64();
     for (size_t i = 0; i < 4; ++i) imu_offset_us[i] = in.u16();
     for (size_t i = 0; i < 6; ++i) angle_offset_us[i] = in.u16();
+    maneuver_known = in.u8();
+    maneuver_crc = in.u16();
   }
 
   // `out` must hold kSize bytes.
@@ -1090,7 +1096,7 @@ struct LoggerStatusRequest {
 // What the logger is doing.
 struct LoggerStatusReply {
   static constexpr uint8_t kType = 0x83;
-  static constexpr size_t kSize = 54;
+  static constexpr size_t kSize = 57;
 
   LoggerState state;  // State.
   ErrorCode error;  // Why the last recording failed, or none.
@@ -1112,6 +1118,8 @@ struct LoggerStatusReply {
   uint32_t late_ticks;  // Ticks of the sampling timer without a sample, since the board started.
   Origin settings_origin;  // Of the settings in force.
   uint64_t unix_us;  // Time of day, or 0 when no host has set it.
+  uint8_t maneuver_known;  // 1: the next field is known.
+  uint16_t maneuver_crc;  // Of the maneuver in the header of the present or last recording; see LogHeader.
 
   void write(Writer& out) const {
     out.u8(static_cast<uint8_t>(state));
@@ -1134,6 +1142,8 @@ struct LoggerStatusReply {
     out.u32(late_ticks);
     out.u8(static_cast<uint8_t>(settings_origin));
     out.u64(unix_us);
+    out.u8(maneuver_known);
+    out.u16(maneuver_crc);
   }
 
   void read(Reader& in) {
@@ -1157,6 +1167,8 @@ struct LoggerStatusReply {
     late_ticks = in.u32();
     settings_origin = static_cast<Origin>(in.u8());
     unix_us = in.u64();
+    maneuver_known = in.u8();
+    maneuver_crc = in.u16();
   }
 
   // `out` must hold kSize bytes.
@@ -1705,19 +1717,25 @@ struct DisarmReply {
 // Starts a recording, and sets the time of day. Refused by the card, it still goes on in RAM (state failed).
 struct RecordStartRequest {
   static constexpr uint8_t kType = 0x40;
-  static constexpr size_t kSize = 12;
+  static constexpr size_t kSize = 15;
 
   uint32_t number;  // Chosen at random by the host.
   uint64_t unix_us;  // Time of day; 0 leaves the clock as it is.
+  uint8_t maneuver_known;  // 1: the next field is known.
+  uint16_t maneuver_crc;  // Of the maneuver that the sequencer holds, for the header; see LogHeader.
 
   void write(Writer& out) const {
     out.u32(number);
     out.u64(unix_us);
+    out.u8(maneuver_known);
+    out.u16(maneuver_crc);
   }
 
   void read(Reader& in) {
     number = in.u32();
     unix_us = in.u64();
+    maneuver_known = in.u8();
+    maneuver_crc = in.u16();
   }
 
   // `out` must hold kSize bytes.

@@ -82,6 +82,8 @@ class Recorder {
            state_ == protocol::LoggerState::kStopping;
   }
   uint32_t session() const { return plan_.session; }
+  // Of the present or last recording.
+  const protocol::LogHeader& header() const { return plan_.header; }
   uint32_t samples() const { return builder_.samples(); }
   uint32_t samples_dropped() const { return builder_.samples_dropped(); }
   uint32_t blocks_written() const { return writer_.blocks_written(); }

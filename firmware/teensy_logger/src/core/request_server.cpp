@@ -85,6 +85,8 @@ Reply RequestServer::status(uint8_t* reply) {
   status.late_ticks = control_.late_ticks();
   status.settings_origin = parts_.settings.origin();
   status.unix_us = unix_at_zero_us_ == 0 ? 0 : unix_at_zero_us_ + now_us_;
+  status.maneuver_known = recorder.header().maneuver_known;
+  status.maneuver_crc = recorder.header().maneuver_crc;
   return encoded(status, reply);
 }
 
@@ -121,7 +123,10 @@ Reply RequestServer::record_start(const protocol::RecordStartRequest& request, u
     if (!recorder.uses_card() && !card_is_counted()) return Reply::refused(ErrorCode::kBusy);
     if (request.unix_us != 0) set_clock(request.unix_us);
     parts_.log_server.end();
-    const ErrorCode error = recorder.start(request.number, plan());
+    Recorder::Plan next = plan();
+    next.header.maneuver_known = request.maneuver_known;
+    next.header.maneuver_crc = request.maneuver_crc;
+    const ErrorCode error = recorder.start(request.number, next);
     if (error != ErrorCode::kNone) return Reply::refused(error);
     parts_.card_watch.look_again();
   }
@@ -129,6 +134,13 @@ Reply RequestServer::record_start(const protocol::RecordStartRequest& request, u
   started.state = recorder.state();
   started.session = recorder.session();
   return encoded(started, reply);
+}
+
+void RequestServer::start_next_file() {
+  Recorder::Plan next = plan();
+  next.header.maneuver_known = parts_.recorder.header().maneuver_known;
+  next.header.maneuver_crc = parts_.recorder.header().maneuver_crc;
+  parts_.recorder.start_next_file(next);
 }
 
 Recorder::Plan RequestServer::plan() const {

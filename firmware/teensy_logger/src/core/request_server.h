@@ -56,8 +56,8 @@ class RequestServer final : public protocol::RequestHandler {
   // The time at which the requests of this pass of the main loop are served.
   void set_now(uint64_t t_us) { now_us_ = t_us; }
 
-  // A recording whose file is full goes on in the next.
-  void start_next_file() { parts_.recorder.start_next_file(plan()); }
+  // A recording whose file is full goes on in the next, with the same maneuver in its header.
+  void start_next_file();
 
   protocol::Reply handle(uint8_t type, const uint8_t* payload, size_t size,
                          uint8_t* reply) override;

@@ -107,7 +107,7 @@ def _steps_in(log: DropLog, args: argparse.Namespace, origin: Origin) -> list[Ev
 
     if args.quantity == "bias":
         return [rest_of(log, args.log, origin)]
-    schedule = find_commanded(run_files(args.log, args.maneuver), args.maneuver, log.session).schedule
+    schedule = find_commanded(run_files(args.log, args.maneuver), args.maneuver, log).schedule
     if schedule is None:
         again = NextStep("calibrate servo", ("--log", str(args.log), "--maneuver", MANEUVER))
         raise CalibrationError(

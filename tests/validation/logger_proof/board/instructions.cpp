@@ -195,7 +195,7 @@ void send_settings(uint16_t rate_hz) {
 }
 
 void send_start() {
-  tfsat::protocol::RecordStartRequest request;
+  tfsat::protocol::RecordStartRequest request = {};
   request.number = 1;
   request.unix_us = 0;
   cable.send(request);

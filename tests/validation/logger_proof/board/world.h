@@ -173,7 +173,7 @@ class World final : private Clock {
       cable_.send(request);
       told_ = 1;
     } else if (told_ == 1 && now_us_ >= kStartUs) {
-      tfsat::protocol::RecordStartRequest request;
+      tfsat::protocol::RecordStartRequest request = {};
       request.number = 1;
       request.unix_us = scenario_.unix_us;
       truth_.head.unix_at_zero_us = scenario_.unix_us - now_us_;
