@@ -86,9 +86,25 @@ def test_the_record_of_another_robot_is_not_overwritten(tfsat_host: RunCli) -> N
     record["logger"]["serial"] = "0123"
     file.write_text(json.dumps(record), encoding="utf-8")
     refused = tfsat_host("acceptance", "--emulated", expect=2)
-    assert "is of other boards" in refused.stderr
+    assert "is of another logger" in refused.stderr
     assert json.loads(file.read_text(encoding="utf-8")) == record
     assert "ACCEPTED" in tfsat_host("acceptance", "--emulated", "--force").stdout
+
+
+def test_another_sequencer_asks_for_its_own_steps_alone(tfsat_host: RunCli) -> None:
+    tfsat_host("acceptance", "--emulated")
+    file = tfsat_host.folder / "acceptance-emulated.json"
+    record = json.loads(file.read_text(encoding="utf-8"))
+    record["sequencer"]["serial"] = "0123"
+    file.write_text(json.dumps(record), encoding="utf-8")
+    again = tfsat_host("acceptance", "--emulated")
+    assert "boards, switches, time, servos, supply are done again" in again.stderr
+    assert re.findall(r"Step \d of 8: ([^:\n]+): done before", again.stderr) == [
+        "IMUs at rest",
+        "IMUs and angle sensors, moved by hand",
+        "A recording of 60 s",
+    ]
+    assert "ACCEPTED: 8 of 8" in again.stdout
 
 
 def test_a_damaged_record_says_so(tmp_path: Path) -> None:

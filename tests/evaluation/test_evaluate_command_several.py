@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,9 @@ import pytest
 from tests.evaluation.commanded import Said, evaluate, evaluate_to_json
 from tests.evaluation.run_folder import cut, made_drop, on_other_logger, run_folder
 from tests.run.bundle.commands import command
+from tfsat_host.calibration.certificate.certificate import quantities
+from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
+from tfsat_host.calibration.replacements import Replacement
 from tfsat_host.evaluation.com_fit import cross_validation
 
 
@@ -117,6 +122,23 @@ def test_drops_of_other_loggers_are_refused(drops: Path, arguments: tuple[str, .
     assert "not of one robot" in result.err and f"2: emulated robot with logger {OTHER.hex()}" in result.err
     assert result.out == "" and not Path("report.html").exists()
     command("evaluate", "2")
+
+
+def test_drops_before_and_after_a_logger_was_replaced_are_of_one_robot(drops: Path) -> None:
+    file = drops / "2" / "calibration-emulated.toml"
+    was = read_calibration(file).subject.logger_serial
+    on_other_logger(drops / "2", OTHER)
+    calibration = read_calibration(file)
+    taken = max(entry.measured_at for entry in quantities(calibration) if entry.measured_at)
+    told = replace(calibration, replacements=(Replacement(taken - timedelta(hours=1), "logger", was),))
+    file.write_text(format_calibration(told), encoding="utf-8")
+    together = evaluate_to_json("1", "2")
+    assert len(together["comparison"]["cross_validation"]) == 2
+    # The certificate of the drop is of the new logger: none of its numbers is refused.
+    assert together["drops"][1]["calibration"]["sentences"] == []
+    # Where no certificate tells of it the second is another robot's.
+    file.write_text(format_calibration(calibration), encoding="utf-8")
+    assert "not of one robot" in command("evaluate", "1", "2", expect=2).err
 
 
 def test_drops_that_contradict_each_other_end_with_3(drops: Path, monkeypatch: pytest.MonkeyPatch) -> None:

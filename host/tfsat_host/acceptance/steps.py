@@ -194,6 +194,9 @@ STEPS: Final = (
     AcceptanceStep("supply", "Supply, servos starting together", _supply),
 )
 
+OF_SEQUENCER: Final = ("boards", "switches", "time", "servos", "supply")
+"""Steps that another sequencer ends: they look at its wires. Another logger ends all of them."""
+
 
 def _blocking(before: Acceptance, *names: str) -> str:
     """Return the first of these checks that was not passed; empty: all were."""

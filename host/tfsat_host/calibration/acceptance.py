@@ -10,6 +10,7 @@ from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.calibration_errors import CalibrationError
+from tfsat_host.calibration.replacements import NEVER_REPLACED, Specimens
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence
@@ -42,20 +43,27 @@ _DEAD_RAD_S = np.deg2rad(1.0)
 _AGAIN = "and run this command again."
 
 
-def check_step(evidence: Evidence, earlier: Iterable[Evidence], model: RobotModel) -> None:
+def check_step(
+    evidence: Evidence,
+    earlier: Iterable[Evidence],
+    model: RobotModel,
+    specimens: Specimens = NEVER_REPLACED,
+) -> None:
     """Refuses a step that does not show what it should; whether it fits the other steps, `solution.solve` says.
 
     Args:
         evidence: The step, just recorded.
         earlier: What was accepted before it, in any order; a step is judged by biases and zero points alone.
         model: The robot.
+        specimens: Which specimen of each part was in place when.
 
     Raises:
         CalibrationError: why not, what it means, and what to do.
     """
     step, valid = evidence.step, evidence.counts.angle_valid
     # Judge by biases and zero points alone, so that no earlier motion bears on this one.
-    before = solve((entry for entry in earlier if entry.step.kind in (StepKind.REST, StepKind.ZERO)), model)
+    at_rest = (entry for entry in earlier if entry.step.kind in (StepKind.REST, StepKind.ZERO))
+    before = solve(at_rest, model, specimens=specimens)
     recording = evidence.recording
     if step.kind == StepKind.REST:
         estimate_biases(recording)

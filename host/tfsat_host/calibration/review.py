@@ -187,6 +187,7 @@ REVIEW: Columns = (
     Column("commands", of=lambda result: [Advice(command) for command in commands_of(result.shortcomings)]),
     Column("recordings", columns=_RECORDING),
     Column("landings", of="calibration.landings", columns=fields("at told_by")),
+    Column("replaced", of="calibration.replacements", columns=fields("at part was")),
 )
 """Of a review, for `calibrate show --json`."""
 
@@ -216,6 +217,11 @@ def _servo_words(result: Review) -> str:
     return f"measured of joint {', '.join(map(str, joints))}" if joints else ""
 
 
+def _replaced_words(result: Review) -> str:
+    """List the parts that were replaced, with their dates."""
+    return ", ".join(f"{entry.part} {entry.at:%Y-%m-%d}" for entry in result.calibration.replacements)
+
+
 SUMMARY: Columns = (
     Column("", "Certificate", words=lambda result: str(result.file)),
     Column("", "Robot", words=lambda result: _robot_words(result.calibration.subject)),
@@ -228,6 +234,7 @@ SUMMARY: Columns = (
         ),
     ),
     Column("", "Last landing", words=lambda result: landing_words(result.calibration, result.now)),
+    Column("", "Replaced", words=_replaced_words),
     Column("", "Servo speeds", words=_servo_words),
     Column("", "Recordings", words=_recording_words),
     Column("", "Simulated", words=lambda result: in_words(result.calibration.simulated_quantities)),

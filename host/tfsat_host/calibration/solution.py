@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 
-from tfsat_host.calibration.bias import estimate_biases, with_bias
+from tfsat_host.calibration.baseline import Baseline
 from tfsat_host.calibration.misalignment import (
     check_misalignment,
     check_sense,
     check_turn_axis,
     with_misalignment,
 )
+from tfsat_host.calibration.replacements import NEVER_REPLACED, Specimens
 from tfsat_host.calibration.response import (
     Response,
     axis_response,
@@ -32,81 +33,10 @@ from tfsat_host.calibration.steps.evidence import Evidence, newest
 from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.calibration.steps.step_motion import Motion
 from tfsat_host.calibration.sweep_fit import Rests, fit_sweeps, rests_of_sweep
-from tfsat_host.calibration.zero import estimate_zero, with_zero
 from tfsat_host.robot import RobotModel
 
 _PASSES = 3
 """The held body's motion is taken off with what its own gyro is known to do: each pass knows that better."""
-Estimate = TypeVar("Estimate")
-
-
-class Baseline:
-    """The biases and zero points of some evidence: for a motion count those that were the newest when it was recorded.
-
-    A sensor that is fastened at another angle, or that warms up, does not change what an earlier recording says.
-
-    Args:
-        evidence: In any order.
-        model: For the sensors' places in the log.
-
-    Raises:
-        CalibrationError: one of the rests or zeros is not what it should be.
-    """
-
-    def __init__(self, evidence: Iterable[Evidence], model: RobotModel) -> None:
-        by_time = sorted(evidence, key=lambda entry: entry.recorded_at)
-        self._rests = [
-            (entry, estimate_biases(entry.recording)) for entry in by_time if entry.step.kind == StepKind.REST
-        ]
-        zeros = [entry for entry in by_time if entry.step.kind == StepKind.ZERO]
-        # A zero of all joints counts for each of them; every joint keeps its own history.
-        self._zeros = [
-            [
-                (entry, estimate_zero(entry.recording, entry.counts.angle_valid, sensors, model))
-                for entry in zeros
-                if entry.step.joint in (None, sensors.joint)
-            ]
-            for sensors in (sensors_by_design(model, joint) for joint in range(1, model.n_joints + 1))
-        ]
-
-    def gyros(
-        self, gyros: Sequence[GyroCalibration], at: datetime | None = None
-    ) -> tuple[GyroCalibration, ...]:
-        """Return the gyros with the biases in force at `at`; the newest ones if it is None."""
-        rest = _at(self._rests, at)
-        if rest is None:
-            return tuple(gyros)
-        evidence, biases = rest
-        return tuple(
-            with_bias(gyro, bias, evidence.recorded_at) for gyro, bias in zip(gyros, biases, strict=True)
-        )
-
-    def joints(self, joints: Sequence[JointSensors], at: datetime | None = None) -> tuple[JointSensors, ...]:
-        """Return the angle sensors with the zero points in force at `at`; the newest ones if it is None."""
-        zeros = [_at(zeros, at) for zeros in self._zeros]
-        return tuple(
-            sensors if zero is None else with_zero(sensors, zero[1], zero[0].recorded_at)
-            for sensors, zero in zip(joints, zeros, strict=True)
-        )
-
-    def evidence_in_force(self, at: Iterable[datetime]) -> list[Evidence]:
-        """Return the evidence behind the newest values and those in force at these times."""
-        evidence = [
-            pair[0]
-            for when in (None, *at)
-            for pair in (_at(self._rests, when), *(_at(zeros, when) for zeros in self._zeros))
-            if pair is not None
-        ]
-        # One rest may serve several motions: name it once.
-        return list({entry.recorded_at: entry for entry in evidence}.values())
-
-
-def _at(
-    by_time: Sequence[tuple[Evidence, Estimate]], at: datetime | None
-) -> tuple[Evidence, Estimate] | None:
-    """Find the last estimate not after `at`, or the first if there is none; the newest if `at` is None."""
-    before = [pair for pair in by_time if at is None or pair[0].recorded_at <= at]
-    return before[-1] if before else by_time[0] if by_time else None
 
 
 class SensorKnowledge(Protocol):
@@ -157,54 +87,72 @@ class Solution:
         return tuple(sorted(fits, key=lambda fit: (fit.joint, -fit.direction)))
 
 
-def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetime | None = None) -> Solution:
+def solve(
+    evidence: Iterable[Evidence],
+    model: RobotModel,
+    last_landing: datetime | None = None,
+    specimens: Specimens = NEVER_REPLACED,
+) -> Solution:
     """Calibrates everything that the newest recording of each step allows.
 
-    Each motion is read with the biases and zero points that were in force when it was recorded.
+    Each motion is read with the biases and zero points that were in force when it was recorded, and with the sensors
+    that were in place: each specimen is a sensor of its own, and only those in place now are in the solution.
 
     Args:
         evidence: Recordings that were accepted, in any order.
         model: Whose axes, designs and tolerances hold.
         last_landing: What was recorded before it makes directions less certain.
+        specimens: Which specimen of each part was in place when.
 
     Raises:
         CalibrationError: what the recordings say cannot all be true.
     """
     entries = list(evidence)
-    baseline = Baseline(entries, model)
-    gyros = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1))
-    joints = tuple(sensors_by_design(model, joint) for joint in range(1, model.n_joints + 1))
+    baseline = Baseline(entries, model, specimens)
+    sensors = _AllSensors.by_design(model, specimens)
     # Rests and zeros are the baseline; of the motions only the newest of each step counts.
+    by_servo = (StepKind.SERVO, StepKind.STROKES)
     moving = [
-        entry for entry in newest(entries).values() if entry.step.kind not in (StepKind.REST, StepKind.ZERO)
+        entry
+        for entry in newest(entries).values()
+        if entry.step.kind not in (StepKind.REST, StepKind.ZERO)
+        and not (entry.step.kind in by_servo and _of_former_servo(entry, specimens))
     ]
     # Servo steps determine nothing of the gyros; they are read afterwards with the sensors found here.
-    by_servo = (StepKind.SERVO, StepKind.STROKES)
     by_hand = [entry for entry in moving if entry.step.kind not in by_servo]
     # Fixed-point iteration: each pass takes the held body's motion off by the mountings of the one before.
     for _ in range(_PASSES if by_hand else 0):
-        responses = _Responses(last_landing)
+        responses = _Responses(last_landing, specimens)
         # Each motion with bias and zero of its own time, but with the latest mounting and bend.
         for entry in by_hand:
+            at = entry.recorded_at
             responses.add(
-                entry,
-                baseline.gyros(gyros, entry.recorded_at),
-                baseline.joints(joints, entry.recorded_at),
-                model,
+                entry, baseline.gyros(sensors.gyros(at), at), baseline.joints(sensors.joints(at), at), model
             )
         # After all turns are in: a turn's length is what separates a scale factor from a bend.
-        joints = tuple(responses.bent(sensors, model) for sensors in joints)
-        for gyro in gyros:
-            # Check fresh responses only: before a landing the sensor may have sat otherwise.
-            fresh = [response for response in responses.of_body(gyro.body) if response.fresh]
-            check_misalignment(gyro.body, fresh, model)
-        gyros = tuple(with_misalignment(gyro, responses.of_body(gyro.body), model) for gyro in gyros)
+        joints = [
+            [responses.bent(entry, number, model) for number, entry in enumerate(row)]
+            for row in sensors.joint_rows
+        ]
+        for row in sensors.gyro_rows:
+            for number, gyro in enumerate(row):
+                # Check fresh responses only: before a landing the sensor may have sat otherwise.
+                fresh = [response for response in responses.of_gyro(gyro.body, number) if response.fresh]
+                check_misalignment(gyro.body, fresh, model)
+        gyros = [
+            [
+                with_misalignment(gyro, responses.of_gyro(gyro.body, number), model)
+                for number, gyro in enumerate(row)
+            ]
+            for row in sensors.gyro_rows
+        ]
+        sensors = replace(sensors, gyro_rows=gyros, joint_rows=joints)
     used_evidence = [*moving, *baseline.evidence_in_force(entry.recorded_at for entry in moving)]
     return Solution(
-        baseline.gyros(gyros),
-        baseline.joints(joints),
+        baseline.gyros(sensors.gyros()),
+        baseline.joints(sensors.joints()),
         tuple(
-            (entry, baseline.joints(joints, entry.recorded_at))
+            (entry, baseline.joints(sensors.joints(entry.recorded_at), entry.recorded_at))
             for entry in moving
             if entry.step.kind in by_servo
         ),
@@ -212,17 +160,66 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
     )
 
 
+def _of_former_servo(entry: Evidence, specimens: Specimens) -> bool:
+    """Return whether a servo's step was made with a servo, or a sequencer, that has been replaced since."""
+    joint = entry.step.moving_joint
+    return specimens.servo(joint, entry.recorded_at) != specimens.servo(joint)
+
+
+@dataclass(frozen=True, slots=True)
+class _AllSensors:
+    """All specimens of all gyros and angle sensors, a row for each body and joint.
+
+    Attributes:
+        gyro_rows: Of bodies 1 to 4, each specimen in order of time.
+        joint_rows: Of joints 1 to 3.
+        specimens: Which was in place when.
+    """
+
+    gyro_rows: Sequence[Sequence[GyroCalibration]]
+    joint_rows: Sequence[Sequence[JointSensors]]
+    specimens: Specimens
+
+    @classmethod
+    def by_design(cls, model: RobotModel, specimens: Specimens) -> _AllSensors:
+        """Begin with what design and data sheets say."""
+        return cls(
+            [
+                [by_design(body, imu.sensor_to_body)] * (specimens.gyro(body) + 1)
+                for body, imu in enumerate(model.imus, 1)
+            ],
+            [
+                [sensors_by_design(model, joint)] * (specimens.angle(joint) + 1)
+                for joint in range(1, model.n_joints + 1)
+            ],
+            specimens,
+        )
+
+    def gyros(self, at: datetime | None = None) -> tuple[GyroCalibration, ...]:
+        """Return those in place at a time; None: now."""
+        return tuple(row[self.specimens.gyro(body, at)] for body, row in enumerate(self.gyro_rows, 1))
+
+    def joints(self, at: datetime | None = None) -> tuple[JointSensors, ...]:
+        """Return those in place at a time; None: now."""
+        return tuple(row[self.specimens.angle(joint, at)] for joint, row in enumerate(self.joint_rows, 1))
+
+
 class _Responses:
     """How the gyros answered to all motions, by what was known of them in the pass before."""
 
-    def __init__(self, last_landing: datetime | None) -> None:
+    def __init__(self, last_landing: datetime | None, specimens: Specimens) -> None:
         self._last_landing = last_landing
-        self._found: dict[int, list[Response]] = {}
-        self._sweeps: dict[int, list[tuple[Response, Rests]]] = {}
+        self._specimens = specimens
+        self._found: dict[tuple[int, int], list[Response]] = {}
+        self._sweeps: dict[tuple[int, int], list[tuple[Response, Rests]]] = {}
 
-    def of_body(self, body: int) -> list[Response]:
-        """Return the responses of the gyro of a body (1 to 4)."""
-        return self._found.setdefault(body, [])
+    def of_gyro(self, body: int, specimen: int) -> list[Response]:
+        """Return the responses of a specimen of the gyro of a body (1 to 4)."""
+        return self._found.setdefault((body, specimen), [])
+
+    def _of_body(self, body: int, at: datetime | None) -> list[Response]:
+        """Return the responses of the gyro that was in place at a time."""
+        return self.of_gyro(body, self._specimens.gyro(body, at))
 
     def add(
         self,
@@ -237,26 +234,28 @@ class _Responses:
             check_turn_axis(evidence.recording, evidence.step, gyros)
             for gyro in gyros:
                 turned = turn_response(evidence.recording, evidence.step, gyro)
-                self.of_body(gyro.body).append(self._with_date(turned, evidence))
+                self._of_body(gyro.body, evidence.recorded_at).append(self._with_date(turned, evidence))
             return
         motion = Motion(evidence.step, evidence.recording, gyros, joints, model)
         responses = [self._with_date(axis_response(motion, body), evidence) for body in evidence.step.moved]
         check_sense(evidence.step, responses, model)
         for body, response in zip(evidence.step.moved, responses, strict=True):
             if evidence.step.kind == StepKind.SWING:
-                self.of_body(body).append(response)
+                self._of_body(body, evidence.recorded_at).append(response)
             else:
                 # Sweeps of a joint share its sensors' bend: their lengths are fitted together later.
                 rests = rests_of_sweep(motion, body, response)
-                self._sweeps.setdefault(evidence.step.moving_joint, []).append((response, rests))
+                joint = evidence.step.moving_joint
+                specimen = self._specimens.angle(joint, evidence.recorded_at)
+                self._sweeps.setdefault((joint, specimen), []).append((response, rests))
 
     def _with_date(self, response: Response, evidence: Evidence) -> Response:
         fresh = self._last_landing is None or evidence.recorded_at > self._last_landing
         return replace(response, recorded_at=evidence.recorded_at, fresh=fresh)
 
-    def bent(self, joint: JointSensors, model: RobotModel) -> JointSensors:
-        """Adds the lengths of a joint's sweeps; gives its sensors with their bend."""
-        sweeps = self._sweeps.get(joint.joint, ())
+    def bent(self, joint: JointSensors, specimen: int, model: RobotModel) -> JointSensors:
+        """Adds the lengths of a joint's sweeps with these sensors; gives them with their bend."""
+        sweeps = self._sweeps.get((joint.joint, specimen), ())
         if not sweeps:
             return joint
         sensors = [sensor for sensor in model.angle_sensors if sensor.joint == joint.joint - 1]
@@ -267,7 +266,7 @@ class _Responses:
             joint.joint, [rests for _, rests in sweeps], tolerances, [_length(turn) for turn in turns]
         )
         for (response, rests), turn in zip(sweeps, turns, strict=True):
-            responses = self.of_body(rests.body)
+            responses = self._of_body(rests.body, response.recorded_at)
             if turn is not None:  # its length is in the fit now
                 responses.remove(turn)
                 responses.append(without_length(turn))
@@ -277,7 +276,8 @@ class _Responses:
 
     def _turn_about(self, response: Response, body: int) -> Response | None:
         """Find the body's response to a turn about the same axis."""
-        turns = (candidate for candidate in self.of_body(body) if candidate.has_length)
+        of_gyro = self._of_body(body, response.recorded_at)
+        turns = (candidate for candidate in of_gyro if candidate.has_length)
         return next((turn for turn in turns if turn.axis_body @ response.axis_body > 0.99), None)
 
 

@@ -77,7 +77,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         name = EMULATED_FILE if bench.logger.identity.runs_natively else FILE
         file = (args.out or Path()) / name
         check_may_write(file, marker=MADE_BY.encode(), force=args.force)
-        acceptance = _begin(file, args, bench)
+        acceptance = _begin(file, args, bench, out)
         # What boards and card are ready for is of now, not of when the acceptance began.
         to_do = (
             {"boards", *(args.only or acceptance.remaining)} if args.only or acceptance.remaining else set()
@@ -89,13 +89,13 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return ExitCode.REFUSED if acceptance.remaining else 0
 
 
-def _begin(file: Path, args: argparse.Namespace, bench: Bench) -> Acceptance:
-    """Take up the acceptance that lies there, or begin one.
+def _begin(file: Path, args: argparse.Namespace, bench: Bench, out: Output) -> Acceptance:
+    """Take up the acceptance that lies there, or begin one; another sequencer ends the steps that concern it.
 
     Raises UsageError: it is of another robot; or no such step exists.
     """
     from tfsat_host.acceptance.record import Acceptance, AcceptedBoard, read_acceptance
-    from tfsat_host.acceptance.steps import STEPS
+    from tfsat_host.acceptance.steps import OF_SEQUENCER, STEPS
     from tfsat_host.file_hash import sha256_of
 
     names = tuple(step.name for step in STEPS)
@@ -112,13 +112,16 @@ def _begin(file: Path, args: argparse.Namespace, bench: Bench) -> Acceptance:
         return fresh
     before = read_acceptance(file)
     # By serial numbers: a board that was flashed again has the same wires.
-    was = (before.sequencer.serial, before.logger.serial, before.robot_sha256, before.steps_due)
-    if was != (sequencer.serial, logger.serial, robot, names):
+    was = (before.logger.serial, before.robot_sha256, before.steps_due)
+    if was != (logger.serial, robot, names):
         raise UsageError(
-            what=f"{file} is of other boards, or was held against another robot file.",
+            what=f"{file} is of another logger, or was held against another robot file.",
             meaning="Nothing was done; that record is unchanged.",
             next_step="Name another folder with --out; --force begins anew in its place.",
         )
+    if before.sequencer.serial != sequencer.serial:
+        out.note(f"The sequencer is another one: {', '.join(OF_SEQUENCER)} are done again; all else is kept.")
+        before = before.without(OF_SEQUENCER)
     return replace(before, sequencer=sequencer, logger=logger)
 
 

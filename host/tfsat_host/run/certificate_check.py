@@ -10,6 +10,7 @@ from pathlib import Path
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
     Quantity,
+    Subject,
     commands_of,
     exchanged_imus,
     list_names,
@@ -98,11 +99,19 @@ def check_certificate(
     target, emulated = into or file, calibration.subject.emulated
     options = command_options(target, emulated=emulated)
     shortcomings = calibration.shortcomings(before, servos=servos)
-    other = "" if origin is None else of_another_robot(calibration.subject, origin)
+    # A drop may be older than a replaced part: held against what the robot was then.
+    subject = calibration.subject_at(before)
+    other = "" if origin is None else of_another_robot(subject, origin)
     if other:
         other = f"The calibration{other.removeprefix('It')} None of its numbers hold."
         return CertificateState(file, (other,), shortcomings, options)
-    objections = [] if origin is None else _of_other_imus(calibration, origin)
+    objections = [] if origin is None else _of_other_imus(subject, origin)
+    later_parts = [] if before is None else calibration.specimens.since(before)
+    if later_parts:
+        objections.append(
+            f"Replaced only after these samples: {list_names(later_parts)}. Its numbers are of the new part. "
+            "A calibration from before says more."
+        )
     # Tell missing from stale: what was never measured, and what a landing may have moved since.
     for reason, words in (
         ("missing", "The calibration lacks"),
@@ -146,9 +155,9 @@ def report_certificate(
     return state
 
 
-def _of_other_imus(calibration: Calibration, origin: Origin) -> list[str]:
-    calibrated, who_am_i = calibration.subject.who_am_i, origin.who_am_i
-    bodies = [str(body) for body in exchanged_imus(calibration.subject, who_am_i)]
+def _of_other_imus(subject: Subject, origin: Origin) -> list[str]:
+    calibrated, who_am_i = subject.who_am_i, origin.who_am_i
+    bodies = [str(body) for body in exchanged_imus(subject, who_am_i)]
     if not bodies:
         return []
     return [
@@ -230,9 +239,12 @@ def origin_of_log(header: LogHeader) -> Origin:
     )
 
 
-def is_of_robot(calibration: Calibration, origin: Origin) -> bool:
-    """Return whether a calibration is of the robot with these sensors, even if one of them was exchanged."""
-    return not of_another_robot(calibration.subject, origin)
+def is_of_robot(calibration: Calibration, origin: Origin, at: datetime | None = None) -> bool:
+    """Return whether a calibration is of the robot that had these sensors, even if one of them was exchanged.
+
+    `at` is when it had them; None: now.
+    """
+    return not of_another_robot(calibration.subject_at(at), origin)
 
 
 def hold_against(
@@ -249,10 +261,10 @@ def hold_against(
     Raises:
         TfsatError: the certificate cannot be read or understood.
     """
-    origin = origin_of_log(log.header)
+    origin, recorded = origin_of_log(log.header), time_of_day(log, log.origin_us)
     present = read_calibration(file)
     # The landing ends values of the present certificate for the next drop; for this one they still hold.
-    if is_of_robot(present, origin):
+    if is_of_robot(present, origin, recorded):
         note_landing_of(log, file, present, notified)
     # If it was measured again since the fall, a kept version from before the release is this drop's.
     drop_certificate = certificate_of(log, file)
@@ -264,7 +276,6 @@ def hold_against(
             "that was the newest at its "
             "release."
         )
-    recorded = time_of_day(log, log.origin_us)
     # Without a time of day only this recording's own landing is known to have come after it.
     calibration = (
         drop_certificate.calibration if recorded else without_landing_of(log, drop_certificate.calibration)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from tfsat_host import __version__
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.camera import read_tracks, read_video_marks
@@ -121,11 +122,11 @@ MADE_BY: Columns = (Column("made_by", of=lambda _: f"tfsat-host evaluate {__vers
 
 @dataclass(frozen=True, slots=True)
 class DroppedRobot:
-    """A robot, as far as a recording distinguishes it from others.
+    """A robot, as far as a recording and its certificate distinguish it from others.
 
     Attributes:
         kind: Whether it fell, or was emulated: one of `files.ROBOTS`.
-        logger_serial: Of the board that the sensors hang on, hexadecimal; empty: it gave none.
+        logger_serial: Of the logger that it had first, hexadecimal; empty: it gave none.
     """
 
     kind: str
@@ -136,10 +137,13 @@ class DroppedRobot:
         return f"{self.kind} robot with {logger}"
 
 
-def dropped_robot(log: DropLog) -> DroppedRobot:
-    """Return the robot that recorded the log."""
+def dropped_robot(log: DropLog, calibration: Calibration | None = None) -> DroppedRobot:
+    """Return the robot that recorded the log; by its certificate also after its logger was replaced."""
     origin = origin_of_log(log.header)
-    return DroppedRobot(EMULATED if origin.emulated else REAL, origin.logger_serial)
+    serial = origin.logger_serial
+    if calibration is not None and is_of_robot(calibration, origin, time_of_day(log, log.origin_us)):
+        serial = calibration.first_logger
+    return DroppedRobot(EMULATED if origin.emulated else REAL, serial)
 
 
 def robot_of(named: Path | str | None, places: Sequence[Path] = ()) -> RobotModel:
@@ -169,6 +173,13 @@ def robot_of(named: Path | str | None, places: Sequence[Path] = ()) -> RobotMode
     return robot
 
 
+def _robot_of_run(log: DropLog) -> DroppedRobot:
+    """Return the robot of a recording, by the certificate that lies there. Raises CalibrationError."""
+    emulated = origin_of_log(log.header).emulated
+    file = find_certificate(None, log.path.parent, Path(), emulated=emulated)
+    return dropped_robot(log, None if file is None else read_calibration(file))
+
+
 def _require_one_robot(places: Sequence[Path]) -> None:
     """Refuses drops of different robots before anything is evaluated: they are never combined.
 
@@ -177,7 +188,7 @@ def _require_one_robot(places: Sequence[Path]) -> None:
     first: dict[DroppedRobot, Path] = {}
     for place in places:
         try:
-            robot = dropped_robot(load(run_files(place, None).recording))
+            robot = _robot_of_run(load(run_files(place, None).recording))
         except (TfsatError, OSError):
             continue
         first.setdefault(robot, place)
@@ -287,7 +298,7 @@ def _calibration(
         return None, None
     certificate = hold_against(log, file, notices, servos=False)
     # Another robot's numbers say nothing of these sensors: report the certificate, evaluate without it.
-    if not is_of_robot(certificate.calibration, origin):
+    if not is_of_robot(certificate.calibration, origin, time_of_day(log, log.origin_us)):
         return certificate, None
     return certificate, _of_same_imus(certificate.calibration, origin.who_am_i, robot)
 

@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.calibration.acceptance import check_step
+from tfsat_host.calibration.baseline import Baseline
 from tfsat_host.calibration.calibration_errors import CalibrationError, NotKeptError
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
@@ -20,7 +21,8 @@ from tfsat_host.calibration.certificate.certificate import (
 )
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder, write_certificate
-from tfsat_host.calibration.solution import Baseline, Solution, solve
+from tfsat_host.calibration.replacements import NEVER_REPLACED, Replacement, Specimens
+from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
 from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.file_lock import LockError, one_at_a_time
@@ -47,6 +49,7 @@ class Campaign:
         model: The robot.
         subject: Whose sensors are being calibrated.
         force: Begin a new certificate where there is one of another subject, or one that cannot be understood.
+        replaced: Of `PARTS`, what was replaced since: the subject differs in it.
 
     Raises:
         CalibrationError: the certificate is another robot's, or damaged.
@@ -54,7 +57,13 @@ class Campaign:
     """
 
     def __init__(
-        self, certificate: Path, model: RobotModel, subject: Subject, *, force: bool = False
+        self,
+        certificate: Path,
+        model: RobotModel,
+        subject: Subject,
+        *,
+        force: bool = False,
+        replaced: str = "",
     ) -> None:
         self.certificate = certificate
         self.evidence: list[Evidence] = []
@@ -65,6 +74,7 @@ class Campaign:
         self._recordings: _Recordings = {}
         self._moved: Landing | None = None
         self._replaces = False
+        self._replaced = replaced
         if certificate.exists():
             self._open(force)
 
@@ -85,7 +95,7 @@ class Campaign:
 
     def solution(self) -> Solution:
         """Solve the calibration from the evidence."""
-        return solve(self.evidence, self._model, self._last_landing())
+        return solve(self.evidence, self._model, self._last_landing(), self._specimens)
 
     def accept(self, step: Evidence, *, anew: bool = False) -> Calibration:
         """Checks a recorded step, solves all with it, and keeps both.
@@ -104,7 +114,7 @@ class Campaign:
             # Only under the lock: until then another program may add steps to the certificate.
             self._catch_up()
             self._check_time(step)
-            check_step(step, () if anew else self.evidence, self._model)
+            check_step(step, () if anew else self.evidence, self._model, self._specimens)
             return self._keep(step)
 
     def sensors_moved(self, at: datetime) -> None:
@@ -112,6 +122,33 @@ class Campaign:
         if self.calibration is not None:
             self._moved = Landing(at, "a person: sensors were moved")
             self.calibration = with_landing(self.calibration, self._moved)
+
+    def replace_part(self, at: datetime) -> Calibration:
+        """Ends what rests on the part that was replaced, and keeps all else with its dates.
+
+        Raises:
+            CalibrationError: there is no certificate yet, or it was simulated; nothing was changed.
+            NotKeptError: a file cannot be written; the certificate is as before.
+        """
+        with _one_writer(self.certificate):
+            before = self.calibration
+            if before is None or before.simulated_quantities:
+                raise CalibrationError(
+                    what=f"{self.certificate} "
+                    + ("does not exist." if before is None else "was simulated by a rehearsal."),
+                    meaning="There is nothing that a replaced part could end.",
+                    next_step=Advice("To begin a calibration: ", NextStep("calibrate bias")),
+                )
+            told = before.subject.of_part(self._replaced)
+            replacement = Replacement(at, self._replaced, told)
+            self.calibration = replace(before, replacements=(*before.replacements, replacement))
+            calibration = self._make_certificate(self.solution(), self._recordings)
+            try:
+                write_certificate(self.certificate, calibration)
+            except OSError as error:
+                raise _not_kept(self.certificate, self.certificate, error) from error
+            self._take(calibration)
+            return calibration
 
     def not_older_than(self, step: Evidence) -> Evidence | None:
         """Find the newest recording of the same step that is not older: the given one would not count."""
@@ -131,7 +168,8 @@ class Campaign:
             # Begin empty in memory; the old file stays until a step is accepted.
             self._replaces = True
             return
-        if calibration.subject == self._subject:
+        told = self._subject.of_part(self._replaced)
+        if calibration.subject.with_part(self._replaced, told) == self._subject:
             self._take(calibration)
         elif force:
             self._replaces = True
@@ -162,6 +200,10 @@ class Campaign:
         self._recordings = _by_step(calibration.recordings)
         self.evidence, self.calibration, self.left_out = evidence, calibration, tuple(left_out)
 
+    @property
+    def _specimens(self) -> Specimens:
+        return NEVER_REPLACED if self.calibration is None else self.calibration.specimens
+
     def _last_landing(self) -> datetime | None:
         return None if self.calibration is None else self.calibration.last_landing
 
@@ -178,7 +220,7 @@ class Campaign:
 
     def _keep(self, step: Evidence) -> Calibration:
         # Solve before writing: steps that contradict each other leave the disk unchanged.
-        solution = solve([*self.evidence, step], self._model, self._last_landing())
+        solution = solve([*self.evidence, step], self._model, self._last_landing(), self._specimens)
         data, file = to_bytes(step), file_name(step)
         recording = Recording(step.step.key, step.recorded_at, file, sha256(data))
         calibration = self._make_certificate(solution, {**self._recordings, **_by_step([recording])})
@@ -189,11 +231,7 @@ class Campaign:
         except OSError as error:
             # Which write failed: if the recording is there, it was the certificate's.
             unwritten = self.certificate if (self.folder / file).exists() else self.folder / file
-            raise NotKeptError(
-                what=f"{unwritten} could not be written: {error.strerror or error}.",
-                meaning=f"This step was not kept; {self.certificate} is as before.",
-                next_step="Free disk space, or make the file writable, and run this command again.",
-            ) from error
+            raise _not_kept(unwritten, self.certificate, error) from error
         # What a newer recording has replaced stays on disk, but counts no more.
         self.evidence, self.calibration = list(solution.used_evidence), calibration
         self._recordings = _by_step(calibration.recordings)
@@ -210,8 +248,9 @@ class Campaign:
             servo_dynamics=solution.servo_dynamics(self._model),
             recordings=tuple(recordings[evidence.step.key, evidence.recorded_at] for evidence in used),
             landings=() if before is None else before.landings,
+            replacements=() if before is None else before.replacements,
             written=datetime.now(UTC),
-            logger_image=_image_in(max(used, key=lambda evidence: evidence.recorded_at)),
+            logger_image=_image_in(used[-1]) if used else None,
         )
         simulated = () if before is None else before.simulated_quantities
         if before is None or not simulated or not {entry.step.kind for entry in used} <= _BESIDE_SIMULATED:
@@ -247,6 +286,14 @@ def note_landing(certificate: Path, landing: Landing, now: datetime | None = Non
             return False
         write_certificate(certificate, replace(changed, written=now or datetime.now(UTC)))
         return True
+
+
+def _not_kept(unwritten: Path, certificate: Path, error: OSError) -> NotKeptError:
+    return NotKeptError(
+        what=f"{unwritten} could not be written: {error.strerror or error}.",
+        meaning=f"This step was not kept; {certificate} is as before.",
+        next_step="Free disk space, or make the file writable, and run this command again.",
+    )
 
 
 @contextmanager
@@ -311,7 +358,11 @@ def _of_another(certificate: Path, there: Subject, here: Subject) -> Calibration
         what=f"{certificate} holds another calibration: it is of {there.describe()}; "
         f"this would be of {here.describe()}.",
         meaning="Nothing was measured, nothing was overwritten.",
-        next_step="Name another file with --out, or add --force to begin it again.",
+        next_step=Advice(
+            "If a part of that robot was replaced: ",
+            NextStep("calibrate replaced", ("PART",)),
+            ". Else name another file with --out, or add --force to begin it again.",
+        ),
     )
 
 

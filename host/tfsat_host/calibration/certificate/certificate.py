@@ -9,6 +9,7 @@ from typing import Literal
 
 from tfsat_host import __version__
 from tfsat_host.arrays import describe_fields
+from tfsat_host.calibration.replacements import IMUS, LOGGER, Replacement, Specimens
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
@@ -49,6 +50,21 @@ class Subject:
     logger_serial: str
     who_am_i: str
     emulated: bool
+
+    def with_part(self, part: str, told: str) -> Subject:
+        """Return the robot with another part, given what that tells of itself; see `Replacement`."""
+        if part == LOGGER:
+            return replace(self, logger_serial=told)
+        if part not in IMUS or not told:
+            return self
+        at = 2 * IMUS.index(part)
+        return replace(self, who_am_i=self.who_am_i[:at] + told + self.who_am_i[at + 2 :])
+
+    def of_part(self, part: str) -> str:
+        """Return what a part tells of itself; empty: nothing."""
+        if part == LOGGER:
+            return self.logger_serial
+        return self.who_am_i[2 * IMUS.index(part) :][:2] if part in IMUS else ""
 
     def describe(self) -> str:
         """Format the subject for people."""
@@ -104,6 +120,7 @@ class Calibration:
         simulated_quantities: Of `QUANTITY_NAMES`, what was never measured: a rehearsal drew it
             from an emulated robot's hidden truth.
         servo_dynamics: Of the servos and directions that were measured, by joint. No drop needs them.
+        replacements: Parts of the robot that were replaced, in order of time.
     """
 
     subject: Subject
@@ -118,8 +135,29 @@ class Calibration:
     logger_image: str | None = None
     simulated_quantities: tuple[str, ...] = ()
     servo_dynamics: tuple[MeasuredDynamics, ...] = ()
+    replacements: tuple[Replacement, ...] = ()
 
     __repr__ = describe_fields
+
+    @property
+    def first_logger(self) -> str:
+        """Serial number of the logger that the robot had first, hexadecimal: with its name, what the robot is."""
+        return next(
+            (entry.was for entry in self.replacements if entry.part == LOGGER), self.subject.logger_serial
+        )
+
+    def subject_at(self, moment: datetime | None) -> Subject:
+        """Return what the robot was at a moment, before the parts that were replaced later; None: what it is."""
+        subject = self.subject
+        for entry in reversed(self.replacements):
+            if moment is not None and entry.at > moment:
+                subject = subject.with_part(entry.part, entry.was)
+        return subject
+
+    @property
+    def specimens(self) -> Specimens:
+        """Which specimen of each part was in place when."""
+        return Specimens(self.replacements)
 
     @property
     def last_landing(self) -> datetime | None:

@@ -23,6 +23,7 @@ from tfsat_host.calibration.certificate.layout import (
     whole,
     written_values,
 )
+from tfsat_host.calibration.replacements import PARTS
 from tfsat_host.calibration.sensors.gyro import (
     BIAS,
     MOUNTING,
@@ -37,6 +38,7 @@ from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.config import Table
+from tfsat_host.config.table import shorten_value
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.protocol.messages import ServoSetting
 
@@ -198,6 +200,17 @@ RECORDING = {
     "sha256": text("sha256"),
 }
 LANDING = {"at": Item("at", Table.time), "told_by": text("told_by")}
+
+
+def _part(table: Table, key: str) -> str:
+    requirement = f"one of {', '.join(PARTS)}"
+    name = table.value(key, requirement)
+    if name not in PARTS:
+        table.fail(key, f"{shorten_value(name)} is not {requirement}")
+    return str(name)
+
+
+REPLACEMENT = {"at": Item("at", Table.time), "part": Item("part", _part), "was": text("was")}
 
 
 def read_gyro(entry: Table) -> GyroCalibration:

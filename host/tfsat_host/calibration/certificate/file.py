@@ -14,6 +14,7 @@ from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calib
 from tfsat_host.calibration.certificate.certificate_tables import (
     LANDING,
     RECORDING,
+    REPLACEMENT,
     dynamics_table,
     gyro_table,
     joint_table,
@@ -25,6 +26,7 @@ from tfsat_host.calibration.certificate.certificate_tables import (
     servo_table,
 )
 from tfsat_host.calibration.certificate.layout import Item, read_values, text, written_values
+from tfsat_host.calibration.replacements import Replacement
 from tfsat_host.config import ConfigKind, Table, format_config, parse_config, read_config
 from tfsat_host.config.table import shorten_value
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
@@ -80,6 +82,7 @@ def certificate_values(calibration: Calibration) -> dict[str, Any]:
                 written_values(RECORDING, asdict(recording)) for recording in calibration.recordings
             ],
             "landings": [asdict(landing) for landing in calibration.landings],
+            "replacements": [asdict(entry) for entry in calibration.replacements] or None,
         },
     )
 
@@ -100,6 +103,7 @@ def _calibration(top: Table) -> Calibration:
         subject=subject,
         simulated_quantities=tuple(values.pop("simulated_quantities") or ()),
         landings=tuple(sorted(values.pop("landings"), key=lambda landing: landing.at)),
+        replacements=tuple(sorted(values.pop("replacements") or (), key=lambda entry: entry.at)),
         **values,
     )
 
@@ -166,5 +170,6 @@ _TOP = {
     "servo": Item("servo_maps", _each("joint", JOINT_COUNT, read_servo, require_all=False)),
     "servo_dynamics": Item("servo_dynamics", _all(read_dynamics)),
     "recording": Item("recordings", _all(read_recording)),
+    "replaced?": Item("replacements", _all(lambda entry: Replacement(**read_values(entry, REPLACEMENT)))),
     "landing": Item("landings", _all(lambda entry: Landing(**read_values(entry, LANDING)))),
 }

@@ -56,6 +56,14 @@ servo         servo map: the angle that a joint reaches, by commanded angle; spe
     --maneuver FILE  with --log: what was flown (default: maneuver.toml next to the recording)
     --no-upload      measure only: the sequencer keeps its servo settings
     {_SEQUENCER_PORT}
+replaced      a board, a sensor or a servo of the robot was replaced: what rests on it ends, all else holds
+    End what a certificate says of a part that was replaced. All other values stay, with their dates; drops from before
+    and after are of one robot.
+
+    PART          logger, sequencer, imu-1 to imu-4, angle-1 to angle-3 (a joint's angle sensors), servo-1 to servo-3
+    certificate:
+    --out FILE    the certificate that the steps went into (default as theirs)
+    --robot FILE  robot file (default: the drop tower robot)
 show          all calibrated quantities, their age, and what a drop still needs
     Show what a certificate holds, and what the next drop cannot rely on.
 
@@ -77,7 +85,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     added = add_actions(parser, _QUANTITIES, title="quantities", dest="quantity", joint=JOINT)
     for name, quantity in added.items():
-        add_options(quantity, OUTPUT if name == "show" else _CAMPAIGN)
+        add_options(quantity, {"show": OUTPUT, "replaced": device("logger")}.get(name, _CAMPAIGN))
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -93,4 +101,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
         return show.run(args, out)
 
+    if args.quantity == "replaced":
+        from tfsat_host.cli.calibrate import replaced
+
+        return replaced.run(args, out)
     return flow.measure(args, read_turn(args), out)

@@ -136,10 +136,12 @@ def _older_than(
     )
 
 
-def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, out: Output) -> Campaign:
+def open_campaign(
+    args: argparse.Namespace, origin: Origin, model: RobotModel, out: Output, *, replaced: str = ""
+) -> Campaign:
     """Open the certificate that the steps go into, and check that it can be written.
 
-    Warns of recordings that are lost.
+    Warns of recordings that are lost. `replaced` is the part that another one stands in for now.
 
     Raises:
         CalibrationError: it is of other sensors, damaged, or its recordings are.
@@ -151,7 +153,8 @@ def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, o
     path = certificate_path(args, emulated=origin.emulated)
     check_may_write(path, marker=b"", force=True)  # whether what is there may be replaced, the campaign knows
     subject = Subject(model.name, origin.logger_serial, origin.who_am_i, origin.emulated)
-    campaign = Campaign(path, model, subject, force=args.force)
+    force = getattr(args, "force", False)
+    campaign = Campaign(path, model, subject, force=force, replaced=replaced)
     campaign.check_lock()
     out.warn_each(f"{sentence} Its step no longer counts." for sentence in campaign.left_out)
     return campaign

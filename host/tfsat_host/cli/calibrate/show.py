@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from datetime import UTC, datetime
 from functools import partial
+from pathlib import Path
 
-from tfsat_host.calibration.certificate.certificate import commands_of
+from tfsat_host.calibration.certificate.certificate import Calibration, commands_of
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.review import KINDS, REVIEW, SUMMARY, Review, full_tables, group_by_kind, review
 from tfsat_host.cli.calibrate.arguments import certificate_path, none_yet
@@ -28,12 +29,19 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if not file.exists():
         raise none_yet(args, file)
     calibration = read_calibration(file)
+    show_certificate(file, calibration, args, out, full=args.full)
+    return 0
+
+
+def show_certificate(
+    file: Path, calibration: Calibration, args: argparse.Namespace, out: Output, *, full: bool = False
+) -> None:
+    """Give the result: what the certificate holds."""
     # What is to be typed next is for the robot of the certificate: its word, not that of the options.
     of_certificate = argparse.Namespace(**{**vars(args), "emulated": calibration.subject.emulated})
     out.complete_command = partial(complete_command, args=of_certificate)
     result = review(file, calibration, load_robot(args.robot), datetime.now(UTC))
-    out.result(record(REVIEW, result), lambda: _show(result, out, full=args.full))
-    return 0
+    out.result(record(REVIEW, result), lambda: _show(result, out, full=full))
 
 
 def _show(result: Review, out: Output, *, full: bool) -> None:

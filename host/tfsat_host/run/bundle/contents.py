@@ -32,6 +32,7 @@ from tfsat_host.run.files import (
     run_files,
 )
 from tfsat_host.run.held_maneuver import find_note
+from tfsat_host.run.recorded_landing import time_of_day
 from tfsat_host.run.signed_record import RECORD, parse_record
 from tfsat_host.sdlog import DropLog, load
 
@@ -316,18 +317,17 @@ def doubts_of(
     They are lost samples, files of another robot, and files changed since a rehearsal left them.
     """
     doubts: list[str] = []
-    if contents.log is not None:
-        if contents.log.verdict != "complete" or contents.log.samples_lost:
+    log = contents.log
+    if log is not None:
+        if log.verdict != "complete" or log.samples_lost:
             doubts.append(
                 Advice(
-                    f"{contents.recording.name} is {contents.log.verdict}, {contents.log.samples_lost} "
+                    f"{contents.recording.name} is {log.verdict}, {log.samples_lost} "
                     "samples are lost. What is missing: ",
                     NextStep("decode"),
                 )
             )
-        doubts += _of_other_robots(
-            origin_of_log(contents.log.header).logger_serial, contents, inputs, preflight
-        )
+        doubts += _of_other_robots(log, contents, inputs, preflight)
     return (*doubts, *_not_as_rehearsed(contents.folder))
 
 
@@ -368,15 +368,17 @@ def _change_text(kind: str, checked: Any, at_hand: Mapping[str, str], name: str 
 
 
 def _of_other_robots(
-    serial: str, contents: BundleContents, inputs: EvaluationInputs, preflight: CheckedBefore
+    log: DropLog, contents: BundleContents, inputs: EvaluationInputs, preflight: CheckedBefore
 ) -> list[str]:
     """List the files that name another logger than the recording does, one sentence each."""
+    serial = origin_of_log(log.header).logger_serial
     checked = preflight.identity("logger").get("serial")
     loggers = {"preflight.json": checked if isinstance(checked, str) else None}
     if inputs.calibration is not None:
         with suppress(TfsatError):  # one that cannot be read stands with what is missing
             certificate = read_calibration(contents.files[inputs.calibration])
-            loggers["the certificate"] = certificate.subject.logger_serial
+            subject = certificate.subject_at(time_of_day(log, log.origin_us))
+            loggers["the certificate"] = subject.logger_serial
     return [
         f"The recording is of logger {serial or 'without a serial number'}, {what} of logger "
         f"{other or 'without a serial number'}: they are of different robots."

@@ -122,7 +122,7 @@ def _solved_differently(
     if calibration.simulated_quantities:
         again = with_measured(calibration, evidence, model)
     else:
-        solution = solve(evidence, model, landing)
+        solution = solve(evidence, model, landing, calibration.specimens)
         again = replace(
             calibration,
             gyros=solution.gyros,

@@ -254,14 +254,15 @@ def _sign(staged: Path, contents: BundleContents, notices: Notices) -> list[str]
 
 def _teach_landing(certificate: Path, contents: BundleContents) -> None:
     """Lets a certificate know of this drop's landing, as `evaluate` would: after that no evaluation changes it."""
-    if contents.log is None or not certificate.is_file():
+    log = contents.log
+    if log is None or not certificate.is_file():
         return
     try:
         present = read_calibration(certificate)
     except TfsatError:
         return  # it is kept as it is; the evaluation says what is wrong with it
-    if is_of_robot(present, origin_of_log(contents.log.header)):
-        note_landing_of(contents.log, certificate, present)
+    if is_of_robot(present, origin_of_log(log.header), time_of_day(log, log.origin_us)):
+        note_landing_of(log, certificate, present)
 
 
 def _require_text_name(recording: Path) -> None:

@@ -319,7 +319,8 @@ def by_robot(numbered_runs: Sequence[tuple[int, EvaluatedRun]]) -> list[OfOneRob
     grouped: dict[_Key, list[tuple[int, EvaluatedRun]]] = {}
     for number, run in numbered_runs:
         # The robot file by its contents, as each drop's folder has a copy of its own.
-        key = (dropped_robot(run.found.log), sha256_of(run.found.model.path))
+        certificate = None if run.held is None else run.held.calibration
+        key = (dropped_robot(run.found.log, certificate), sha256_of(run.found.model.path))
         grouped.setdefault(key, []).append((number, run))
     return [
         OfOneRobot(

@@ -1,0 +1,47 @@
+"""`tfsat-host calibrate replaced`: a part of the robot is another one now."""
+
+from __future__ import annotations
+
+import argparse
+from datetime import UTC, datetime
+
+from tfsat_host.cli.calibrate.arguments import certificate_path, commands_as_typed
+from tfsat_host.cli.calibrate.bench import open_bench
+from tfsat_host.cli.calibrate.flow import open_campaign
+from tfsat_host.cli.calibrate.show import show_certificate
+from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.present.output import Output
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Asks the logger what hangs on it now, and ends what rested on the part before.
+
+    Raises:
+        UsageError: there is no such part, or the logger is the one that the certificate names.
+        CalibrationError: there is no certificate, it is of another robot, or it was simulated.
+    """
+    from tfsat_host.calibration.replacements import LOGGER, PARTS
+    from tfsat_host.robot import load_robot
+
+    if args.part not in PARTS:
+        raise UsageError(
+            what=f"A robot has no part {args.part!r}.",
+            meaning="Nothing was changed.",
+            next_step=f"Parts: {', '.join(PARTS)}.",
+        )
+    model = load_robot(args.robot)
+    with open_bench(args, model, out) as bench, commands_as_typed(args, out):
+        campaign = open_campaign(args, bench.origin, model, out, replaced=args.part)
+        before = campaign.calibration
+        same = before is not None and before.subject.logger_serial == bench.origin.logger_serial
+        if args.part == LOGGER and same and bench.origin.logger_serial:
+            raise UsageError(
+                what=f"This logger is the one that was calibrated: serial number {bench.origin.logger_serial}.",
+                meaning="Nothing was changed.",
+                next_step=Advice("Plug the new one in; ", NextStep("ports"), " lists what is there."),
+            )
+        calibration = campaign.replace_part(datetime.now(UTC))
+    out.note(f"Replaced: {args.part} ({PARTS[args.part]}). All other values hold as before.")
+    show_certificate(certificate_path(args, emulated=bench.origin.emulated), calibration, args, out)
+    return 0
