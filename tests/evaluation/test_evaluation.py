@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.evaluation.drops import DROPPED, certificate, fly_drop
 from tests.fixtures.emulated_drop import Drop
+from tfsat_host.calibration.apply import CalibratedSamples, apply_calibration
+from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.evaluation.camera import LaserTracks
 from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
@@ -23,6 +26,7 @@ from tfsat_host.rehearsal.rehearsed_drop import rehearse
 from tfsat_host.rehearsal.truth import truth_as_filed
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
+from tfsat_host.sdlog.droplog import _BY_SAMPLE
 
 
 def evaluate_drop(drop: Drop, log: DropLog, witnesses: ExternalObservations | None = None) -> Evaluation:
@@ -34,6 +38,29 @@ def evaluate_drop(drop: Drop, log: DropLog, witnesses: ExternalObservations | No
 @cache
 def whole_evaluation() -> Evaluation:
     return evaluate_drop(fly_drop(1), fly_drop(1).log)
+
+
+def test_minutes_on_the_hook_cost_no_memory_and_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A robot hung for ten minutes: what it felt longer than 31 s before the release is not looked at."""
+    drop, seen = fly_drop(1), []
+
+    def watch(counts: Counts, *rest: Any) -> CalibratedSamples:
+        seen.append(len(counts.t_us))
+        return apply_calibration(counts, *rest)
+
+    monkeypatch.setattr("tfsat_host.evaluation.evaluation.apply_calibration", watch)
+    log, earlier_us = drop.log, 600_000_000
+    rows = np.arange(0, len(log), 3)
+    columns = {name: getattr(log, name) for name in _BY_SAMPLE}
+    before = {name: column[rows] for name, column in columns.items()}
+    before["t_us"] = before["t_us"] - earlier_us
+    long_log = replace(
+        log, **{name: np.concatenate([before[name], column]) for name, column in columns.items()}
+    )
+    evaluation = evaluate_drop(drop, long_log)
+    assert seen == [len(log)]
+    assert len(evaluation.log) == len(log) + len(rows)
+    assert evaluation.turns[0].angle_rad == whole_evaluation().turns[0].angle_rad
 
 
 def test_a_stroke_that_the_logger_did_not_see_is_no_part_of_the_quiet_time() -> None:

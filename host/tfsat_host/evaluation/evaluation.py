@@ -31,14 +31,14 @@ from tfsat_host.evaluation.com_fit.identifiability import Identifiability, ident
 from tfsat_host.evaluation.com_fit.model_comparison import ModelComparison, compare_model
 from tfsat_host.evaluation.com_fit.offsets import Offsets, model_offsets
 from tfsat_host.evaluation.com_fit.paper_swarm import SwarmFit, swarm_fit
-from tfsat_host.evaluation.fall_instants import FallInstants, fall_instants
+from tfsat_host.evaluation.fall_instants import LATEST_LANDING_S, FallInstants, fall_instants
 from tfsat_host.evaluation.fallback_calibration import with_fallbacks
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.micro_gravity import MicroGravity
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import InitialRate, Motion, initial_rates, motion_of, notes_of
 from tfsat_host.evaluation.motion.samples import EvaluationError, samples_of
-from tfsat_host.evaluation.rest import Rest, rest_before_release
+from tfsat_host.evaluation.rest import MAX_DURATION_S, Rest, rest_before_release
 from tfsat_host.evaluation.stages import ExternalObservations as ExternalObservations
 from tfsat_host.evaluation.stages import find_first_stroke_s, find_release_velocity, measure_micro_gravity
 from tfsat_host.evaluation.standing_joints import JointRest, standing_joints
@@ -47,6 +47,7 @@ from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import ASSUMED, RobotModel
 from tfsat_host.sdlog import DropLog
+from tfsat_host.sdlog.droplog import rows_of
 
 SENSED = frozenset({"rates", "attitudes", "strokes"})
 """What gyros and angle sensors tell without the model: wrong by what their certificate is wrong by."""
@@ -226,24 +227,23 @@ def evaluate(
         EvaluationError: no release, a hole in all gyros, a bias that cannot be had, or no motion that explains the
             readings.
     """
-    rest = rest_before_release(log)
-    fallback = with_fallbacks(calibration, log, model, rest, recorded)
+    near = _near_fall(log)
+    rest = rest_before_release(near)
+    fallback = with_fallbacks(calibration, near, model, rest, recorded)
     drop = _Drop(
-        log, model, schedule, rest, fallback.notes, witnesses or ExternalObservations(), offsets, swarm
+        near, model, schedule, rest, fallback.notes, witnesses or ExternalObservations(), offsets, swarm
     )
-    evaluation = drop.evaluate(fallback.calibration)
-    # One sensor that contradicts all others is left out; only several together are taken to be less certain.
-    if (remaining := drop.without_culprit(fallback.calibration, evaluation)) is not None:
-        return remaining
-    # If the sensors contradict each other, try greater errors than stated before anything is withheld.
-    widened_evaluation, widest = drop.with_less_stated(fallback.calibration, evaluation)
-    if widened_evaluation is None:
-        return replace(evaluation.with_withheld(withheld_by(evaluation.checks)), widest=widest)
-    # What the greater errors explain need not be withheld any more.
-    withheld = withheld_by(widened_evaluation.checks)
-    return replace(
-        widened_evaluation, model=model, calibration=fallback.calibration, checks=evaluation.checks
-    ).with_withheld(withheld)
+    return replace(drop.judge(fallback.calibration), log=log)
+
+
+_NEAR_S = (-MAX_DURATION_S - 1.0, LATEST_LANDING_S + 1.0)
+"""After the release: no rest is looked for earlier, and no landing later."""
+
+
+def _near_fall(log: DropLog) -> DropLog:
+    """Return the rows that an evaluation looks at: a robot may have hung for an hour before."""
+    first, last = np.searchsorted(log.t_s, _NEAR_S)
+    return rows_of(log, slice(int(first), int(last))) if first < last else log
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,6 +258,22 @@ class _Drop:
     witnesses: ExternalObservations
     offsets: Offsets | None
     swarm: bool
+
+    def judge(self, calibration: Calibration) -> Evaluation:
+        """Evaluate the drop, and withhold what its checks do not protect."""
+        evaluation = self.evaluate(calibration)
+        # One sensor that contradicts all others is left out; only several together are taken to be less certain.
+        if (remaining := self.without_culprit(calibration, evaluation)) is not None:
+            return remaining
+        # If the sensors contradict each other, try greater errors than stated before anything is withheld.
+        widened_evaluation, widest = self.with_less_stated(calibration, evaluation)
+        if widened_evaluation is None:
+            return replace(evaluation.with_withheld(withheld_by(evaluation.checks)), widest=widest)
+        # What the greater errors explain need not be withheld any more.
+        withheld = withheld_by(widened_evaluation.checks)
+        return replace(
+            widened_evaluation, model=self.model, calibration=calibration, checks=evaluation.checks
+        ).with_withheld(withheld)
 
     def evaluate(self, calibration: Calibration, *, diagnosed: bool = True) -> Evaluation:
         """Evaluate the drop with one calibration, withholding nothing.

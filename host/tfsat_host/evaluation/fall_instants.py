@@ -30,7 +30,7 @@ _MIN_FORCE_DROP = 0.5
 """Of the force before the release, at least this part must be gone in the fall."""
 _UNKNOWN_SHAPE = 0.3
 """Part of the low-pass's delay by which a step's middle may lie elsewhere: 1 - ln 2 for a single pole."""
-_LATEST_S = FALL_US / 1e6 + 2.5
+LATEST_LANDING_S = FALL_US / 1e6 + 2.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,7 @@ def _find_shock(t_s: FloatArray, magnitude: FloatArray, clipped: BoolArray) -> f
     level = SHOCK_G * STANDARD_GRAVITY_M_S2
     # A clipped axis is at full scale or beyond: it counts as a shock, whatever the magnitude says.
     hard = clipped | (magnitude >= level)
-    first = np.flatnonzero(hard & (t_s >= LANDING_EARLIEST_US / 1e6) & (t_s <= _LATEST_S))
+    first = np.flatnonzero(hard & (t_s >= LANDING_EARLIEST_US / 1e6) & (t_s <= LATEST_LANDING_S))
     if not len(first):
         return float("nan")
     row = int(first[0])
