@@ -51,12 +51,13 @@ def test_minutes_on_the_hook_cost_no_memory_and_change_nothing(monkeypatch: pyte
     monkeypatch.setattr("tfsat_host.evaluation.evaluation.apply_calibration", watch)
     log, earlier_us = drop.log, 600_000_000
     rows = np.arange(0, len(log), 3)
-    columns = {name: getattr(log, name) for name in _BY_SAMPLE}
+    columns: dict[str, Any] = {name: getattr(log, name) for name in _BY_SAMPLE}
     before = {name: column[rows] for name, column in columns.items()}
     before["t_us"] = before["t_us"] - earlier_us
-    long_log = replace(
-        log, **{name: np.concatenate([before[name], column]) for name, column in columns.items()}
-    )
+    joined: dict[str, Any] = {
+        name: np.concatenate([before[name], column]) for name, column in columns.items()
+    }
+    long_log = replace(log, **joined)
     evaluation = evaluate_drop(drop, long_log)
     assert seen == [len(log)]
     assert len(evaluation.log) == len(log) + len(rows)

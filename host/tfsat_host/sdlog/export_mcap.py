@@ -45,7 +45,7 @@ MCAP_MARKER = b"made by tfsat-host decode"
 METADATA_NAME = "tfsat"
 """The metadata record that describes the recording: values are text, or JSON."""
 QUICK_LOOK = "uncalibrated quick look: to see what happened, not to measure with"
-_WINDOW_US = 2_000_000
+_WINDOW_US = 8_000_000
 """So much of the recording is encoded, sorted and written at a time."""
 _HARMLESS = {"switch_edge", "stroke", "release", "landing", "sensor_recovered", "card_back", "rewritten"}
 """Events of a drop as it should be; all others are warnings."""
