@@ -25,15 +25,17 @@ from tests.calibration.bench_day import (
     record_good_step,
     true_scale,
 )
-from tests.calibration.some_calibration import whole_calibration
+from tests.calibration.some_calibration import MEASURED, whole_calibration
 from tests.cli.process import RunCli
-from tfsat_host.calibration.calibration_errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError, NotKeptError
+from tfsat_host.calibration.certificate import calibration_campaign
 from tfsat_host.calibration.certificate.calibration_campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Subject, quantities
 from tfsat_host.calibration.certificate.file import format_calibration, parse_calibration
 from tfsat_host.calibration.replacements import PARTS, Replacement, Specimens
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.step import StepKind
+from tfsat_host.run.certificate_check import check_certificate
 
 NOON = record_good_step(STEPS[0]).recorded_at + timedelta(hours=4)
 OF_BODY_2 = {
@@ -175,6 +177,46 @@ def test_the_file_holds_the_replacements_and_reads_older_ones() -> None:
     told = tuple(Replacement(NOON + timedelta(days=day), part, "68") for day, part in enumerate(PARTS))
     again = parse_calibration(format_calibration(replace(calibration, replacements=told)))
     assert again.replacements == told
+
+
+def test_a_drop_from_before_a_repair_is_not_evaluated_silently_by_the_new_parts() -> None:
+    repaired = replace(whole_calibration(), replacements=(Replacement(MEASURED + timedelta(hours=3), "imu-2"),))
+
+    def objections(hours: float) -> tuple[str, ...]:
+        dropped = MEASURED + timedelta(hours=hours)
+        return check_certificate(repaired, None, Path("calibration.toml"), dropped, servos=False).objections
+
+    (sentence,) = objections(1)
+    assert "Replaced only after these samples: imu-2." in sentence
+    assert objections(4) == ()
+
+
+def test_a_repair_keeps_the_step_that_a_second_terminal_accepted_meanwhile(
+    campaign: Campaign, tmp_path: Path
+) -> None:
+    second = open_campaign(tmp_path, replace(SUBJECT, logger_serial="0b" * 8), "logger")
+    accepted = later(record_good_step(REST), 60)
+    campaign.accept(accepted)
+    calibration = second.replace_part(accepted.recorded_at + timedelta(minutes=1))
+    assert [entry.part for entry in calibration.replacements] == ["logger"]
+    assert accepted.recorded_at in {entry.recorded_at for entry in calibration.recordings}
+
+
+def test_a_repair_that_cannot_be_written_says_so(
+    campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    before = campaign.certificate.read_bytes()
+    monkeypatch.setattr(calibration_campaign, "write_certificate", refuse)
+    repair = open_campaign(tmp_path, part="imu-2")
+    with pytest.raises(NotKeptError) as refused:
+        repair.replace_part(NOON)
+    assert refused.value.meaning.startswith("That imu-2 was replaced is not kept")
+    assert campaign.certificate.read_bytes() == before
+    assert repair.calibration is not None
+    assert repair.calibration.replacements == ()
 
 
 def test_an_emulated_robots_imu_is_replaced_on_the_command_line(tfsat_host: RunCli) -> None:

@@ -6,7 +6,6 @@ that rests on none of the replaced parts keeps its value and its date.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Final
@@ -50,7 +49,7 @@ class Specimens:
     """Which specimen of each part was in place when, counted from 0.
 
     Attributes:
-        replacements: In any order.
+        replacements: In order of time.
     """
 
     replacements: tuple[Replacement, ...] = ()
@@ -80,10 +79,7 @@ class Specimens:
 
     def since(self, moment: datetime) -> list[str]:
         """Name the parts that were replaced after a moment, in order of time, each once."""
-        later: Iterable[Replacement] = sorted(
-            (entry for entry in self.replacements if entry.at > moment), key=lambda entry: entry.at
-        )
-        return list(dict.fromkeys(entry.part for entry in later))
+        return list(dict.fromkeys(entry.part for entry in self.replacements if entry.at > moment))
 
 
 NEVER_REPLACED: Final = Specimens()

@@ -131,6 +131,7 @@ class Campaign:
             NotKeptError: a file cannot be written; the certificate is as before.
         """
         with _one_writer(self.certificate):
+            self._catch_up()
             before = self.calibration
             if before is None or before.simulated_quantities:
                 raise CalibrationError(
@@ -141,12 +142,14 @@ class Campaign:
                 )
             told = before.subject.of_part(self._replaced)
             replacement = Replacement(at, self._replaced, told)
-            self.calibration = replace(before, replacements=(*before.replacements, replacement))
-            calibration = self._make_certificate(self.solution(), self._recordings)
+            ended = replace(before, replacements=(*before.replacements, replacement))
+            solution = solve(self.evidence, self._model, self._last_landing(), ended.specimens)
+            calibration = self._make_certificate(solution, self._recordings, ended)
             try:
                 write_certificate(self.certificate, calibration)
             except OSError as error:
-                raise _not_kept(self.certificate, self.certificate, error) from error
+                lost = f"That {self._replaced} was replaced is not kept"
+                raise _not_kept(self.certificate, self.certificate, error, lost) from error
             self._take(calibration)
             return calibration
 
@@ -168,13 +171,16 @@ class Campaign:
             # Begin empty in memory; the old file stays until a step is accepted.
             self._replaces = True
             return
-        told = self._subject.of_part(self._replaced)
-        if calibration.subject.with_part(self._replaced, told) == self._subject:
+        if self._is_same_robot(calibration.subject):
             self._take(calibration)
         elif force:
             self._replaces = True
         else:
             raise _of_another(self.certificate, calibration.subject, self._subject)
+
+    def _is_same_robot(self, subject: Subject) -> bool:
+        """Return whether another subject differs from this one at most in the part that was replaced."""
+        return subject.with_part(self._replaced, self._subject.of_part(self._replaced)) == self._subject
 
     def _catch_up(self) -> None:
         """Takes what another program has written since."""
@@ -183,7 +189,7 @@ class Campaign:
             return
         calibration = read_calibration(self.certificate)
         last_written = None if self.calibration is None else self.calibration.written
-        if calibration.subject == self._subject and calibration.written != last_written:
+        if self._is_same_robot(calibration.subject) and calibration.written != last_written:
             self._take(calibration)
             # The mark that sensors were moved is not on disk before the next step: set it again.
             if self._moved is not None:
@@ -223,7 +229,8 @@ class Campaign:
         solution = solve([*self.evidence, step], self._model, self._last_landing(), self._specimens)
         data, file = to_bytes(step), file_name(step)
         recording = Recording(step.step.key, step.recorded_at, file, sha256(data))
-        calibration = self._make_certificate(solution, {**self._recordings, **_by_step([recording])})
+        recordings = {**self._recordings, **_by_step([recording])}
+        calibration = self._make_certificate(solution, recordings, self.calibration)
         try:
             # The recording first: a certificate never names one that is not there.
             write_whole(self.folder / file, data)
@@ -238,8 +245,10 @@ class Campaign:
         self._replaces = False
         return calibration
 
-    def _make_certificate(self, solution: Solution, recordings: _Recordings) -> Calibration:
-        before, used = self.calibration, solution.used_evidence
+    def _make_certificate(
+        self, solution: Solution, recordings: _Recordings, before: Calibration | None
+    ) -> Calibration:
+        used = solution.used_evidence
         made = Calibration(
             subject=self._subject,
             gyros=solution.gyros,
@@ -288,10 +297,12 @@ def note_landing(certificate: Path, landing: Landing, now: datetime | None = Non
         return True
 
 
-def _not_kept(unwritten: Path, certificate: Path, error: OSError) -> NotKeptError:
+def _not_kept(
+    unwritten: Path, certificate: Path, error: OSError, lost: str = "This step was not kept"
+) -> NotKeptError:
     return NotKeptError(
         what=f"{unwritten} could not be written: {error.strerror or error}.",
-        meaning=f"This step was not kept; {certificate} is as before.",
+        meaning=f"{lost}; {certificate} is as before.",
         next_step="Free disk space, or make the file writable, and run this command again.",
     )
 
