@@ -14,23 +14,32 @@ from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.emulated_robot import BoardIndex, EmulatedRobot
 from tfsat_host.emulated.emulated_transport import EmulatedTransport
-from tfsat_host.robot import load_robot
+from tfsat_host.robot import RobotModel, load_robot
 
 NAMES = tuple(step.name for step in STEPS)
 
 
 @contextmanager
-def emulated_bench(faults: Sequence[str] = ()) -> Iterator[tuple[Bench, EmulatedRobot]]:
-    with emulate_faults([WIRING_FAULTS[name] for name in faults], load_robot(), print) as (robot, servos):
-        sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
-        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        hands = EmulatedHands(robot, servos)
+def emulated_bench(
+    faults: Sequence[str] = (), robot: RobotModel | None = None
+) -> Iterator[tuple[Bench, EmulatedRobot]]:
+    model = robot or load_robot()
+    with emulate_faults([WIRING_FAULTS[name] for name in faults], model, print) as (emulated, servos):
+        sequencer = JogClient.connect(EmulatedTransport(emulated, BoardIndex.SEQUENCER))
+        logger = LoggerClient.connect(EmulatedTransport(emulated, BoardIndex.LOGGER))
+        hands = EmulatedHands(emulated, servos)
         silent = nullcontext(lambda _seconds: None)
         yield (
             Bench(
-                robot.model, sequencer, logger, hands, lambda: sequencer, print, lambda _what, _total: silent
+                emulated.model,
+                sequencer,
+                logger,
+                hands,
+                lambda: sequencer,
+                print,
+                lambda _what, _total: silent,
             ),
-            robot,
+            emulated,
         )
 
 

@@ -22,6 +22,7 @@ from tfsat_host.acceptance.record import read_acceptance
 from tfsat_host.cli import acceptance as command
 from tfsat_host.cli.main import main
 from tfsat_host.errors import TfsatError
+from tfsat_host.robot import load_robot
 
 
 def test_an_emulated_robot_is_accepted_with_record_and_page(tfsat_host: RunCli) -> None:
@@ -115,7 +116,7 @@ def test_a_damaged_record_says_so(tmp_path: Path) -> None:
 
 def test_every_prompt_fits_a_small_terminal() -> None:
     for task in Task:
-        lines = describe_task(task, 1)
+        lines = describe_task(task, 1, load_robot())
         rows = sum(-(-(len(line) + 2) // 80) for line in lines)
         assert rows <= 20, lines
 
@@ -129,7 +130,7 @@ def people(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable
     @contextmanager
     def open_boards(_args: object, _model: object, out: Any) -> Iterator[Bench]:
         with emulated_bench() as (bench, _):
-            people, hands = command._TwoPeople(out), bench.hands
+            people, hands = command._TwoPeople(load_robot(), out), bench.hands
 
             class Both:
                 def do(self, task: Task, number: int = 0) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import NoReturn
 
 import pytest
 
 from tests.acceptance.bench_in_emulation import NAMES, accept, emulated_bench
+from tests.robot.fewer_parts import smaller_robot
 from tfsat_host.acceptance.bench import StillArmed, Task
 from tfsat_host.acceptance.steps import STEPS, make_step
 from tfsat_host.acceptance.wiring_faults import WIRING_FAULTS, WiringFault
@@ -156,3 +158,19 @@ def test_bad_supply_is_seen_by_the_restart_that_it_causes() -> None:
     assert supply.blocks
     assert "restarted when 2 started at once" in supply.sentence
     assert "brown out" in supply.sentence
+
+
+def test_a_smaller_robot_is_accepted_by_what_it_has(tmp_path: Path) -> None:
+    robot = smaller_robot(tmp_path, bodies=3, without_imu=[2])
+    with emulated_bench(robot=robot) as (bench, emulated):
+        acceptance = accept(bench)
+        assert not [check.sentence for check in acceptance.checks if check.blocks]
+        (answering,) = (check for check in acceptance.checks if check.name == "imus-answer")
+        assert (
+            answering.sentence
+            == "IMUs: 2 of 2 answer. Absent by the robot file: body 4, joint 3, IMU of body 2."
+        )
+        emulated.faults.imu(3, "dead")
+        (answering, _) = accept(bench, ["rest"]).checks
+        assert answering.sentence.startswith("IMUs: IMU 3 (")
+        assert "does not answer" in answering.sentence

@@ -180,7 +180,9 @@ def test_the_file_holds_the_replacements_and_reads_older_ones() -> None:
 
 
 def test_a_drop_from_before_a_repair_is_not_evaluated_silently_by_the_new_parts() -> None:
-    repaired = replace(whole_calibration(), replacements=(Replacement(MEASURED + timedelta(hours=3), "imu-2"),))
+    repaired = replace(
+        whole_calibration(), replacements=(Replacement(MEASURED + timedelta(hours=3), "imu-2"),)
+    )
 
     def objections(hours: float) -> tuple[str, ...]:
         dropped = MEASURED + timedelta(hours=hours)

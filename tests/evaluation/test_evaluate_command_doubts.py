@@ -234,7 +234,7 @@ def test_a_log_without_a_release_is_refused(run: Path) -> None:
         (lambda here: (here / "none.bin").write_text("no log"), ("none.bin",), 1, "none.bin"),
         (lambda _: None, ("run", "--maneuver", "none.toml"), 1, "The maneuver file none.toml cannot be read"),
         (lambda _: None, ("run", "--calibration", "none.toml"), 1, "none.toml"),
-        (lambda _: None, ("run", "--robot", "cubesat_3u"), 1, "the logger records 4 bodies"),
+        (lambda _: None, ("run", "--robot", "cubesat_3u"), 1, "does not fit the boards"),
         (lambda _: None, ("run", "--session", "xyz"), 2, "'xyz' is no recording's id"),
         (lambda _: None, ("run", "--session", "0"), 2, "00000000"),
         (lambda _: None, ("run", "--facility", "cosmotorre.toml"), 2, "--facility"),

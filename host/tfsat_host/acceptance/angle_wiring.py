@@ -41,11 +41,12 @@ def check_sensors(travels: Sequence[FloatArray], model: RobotModel) -> Preflight
     """Check that each sensor shows its joint, in its direction, and that the two of a joint agree.
 
     Args:
-        travels: Of joints 1 to 3, opened one by one, what `travel_deg` gave.
+        travels: Of each joint that is there, opened one by one, what `travel_deg` gave.
         model: The robot by design; its joints open towards positive angles.
     """
     by_joint = np.array(travels)
-    sensor_at = [_identify(by_joint[:, pin], model) for pin in range(len(ANGLE_PINS))]
+    pins = range(2 * len(travels))
+    sensor_at = [_identify(by_joint[:, pin], model) for pin in pins]
     wrong = []
     for pin, sensor in enumerate(sensor_at):
         if sensor is None:
@@ -87,7 +88,7 @@ def check_ranges(travels: Sequence[FloatArray], model: RobotModel) -> PreflightC
     spans = np.rad2deg(model.joint_limits_rad[:, 1] - model.joint_limits_rad[:, 0]).tolist()
     wrong = [
         f"joint {joint} opened by {angle:.0f} deg ({span:.0f} by the robot file)"
-        for joint, (angle, span) in enumerate(zip(opened, spans, strict=True), 1)
+        for joint, (angle, span) in enumerate(zip(opened, spans, strict=False), 1)
         # Without a sensor that follows it, that is the finding.
         if angle > MIN_TRAVEL_DEG and abs(angle - span) > MAX_RANGE_ERROR_DEG
     ]

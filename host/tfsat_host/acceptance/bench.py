@@ -21,6 +21,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import bodies_of, ignore_absent
 
 READ_STEP_S = 0.25
 
@@ -70,12 +71,12 @@ _LINES = {
 }
 
 
-def describe_task(task: Task, number: int = 0) -> tuple[str, ...]:
+def describe_task(task: Task, number: int, robot: RobotModel) -> tuple[str, ...]:
     """Return the instructions of a task, line by line."""
     if task is not Task.OPEN_AND_CLOSE:
         return tuple(line.format(number) for line in _LINES[task])
     moved = MOVED_WITH[number - 1]
-    held = [body for body in (1, 2, 3, 4) if body not in moved]
+    held = [body for body in bodies_of(robot) if body not in moved]
     return (
         f"Close all joints; hold {bodies(held)} on the bench. Begin at rest.",
         f"Open joint {number} to its end in 2 s by moving {bodies(moved)}; close it again.",
@@ -117,6 +118,11 @@ class Bench:
     progress: Callable[[str, float], AbstractContextManager[Callable[[float], None]]]
     unhurried: Callable[[], AbstractContextManager[None]] = nullcontext
 
+    @property
+    def joints(self) -> range:
+        """Numbers of the joints that are there."""
+        return range(1, len(bodies_of(self.robot)))
+
     def read(self, duration_s: float) -> SensorSamples:
         """Read the sensors for so long. Raises CalibrationError: the logger sent nothing; PortError."""
         samples = []
@@ -130,7 +136,7 @@ class Bench:
                 meaning="It has stopped sampling: nothing of this step was measured.",
                 next_step=Advice("Switch it off and on; ", NextStep("status")),
             )
-        return SensorSamples.from_counts(Counts.from_live(samples, scales))
+        return SensorSamples.from_counts(ignore_absent(Counts.from_live(samples, scales), self.robot))
 
     def disarm(self) -> None:
         """Disarm the sequencer and see that it is safe, over a new link if the old one broke.

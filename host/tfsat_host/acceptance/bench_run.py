@@ -169,7 +169,7 @@ def check_supply(bench: Bench, closed_rad: Sequence[float]) -> PreflightCheck:
     carried, restarts = 0, ""
     with _restoring(bench):
         settings = bench.sequencer.settings().settings
-        for at_once in range(1, JOINT_COUNT + 1):
+        for at_once in bench.joints:
             bench.sequencer.write_settings(replace(settings, moving_at_once=at_once))
             schedule = _together(at_once)
             bench.sequencer.upload(schedule)

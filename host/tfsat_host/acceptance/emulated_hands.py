@@ -13,14 +13,14 @@ from tfsat_host.emulated.emulated_robot import US_PER_S, EmulatedRobot
 from tfsat_host.emulated.fault_injection import ServoFault
 from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
 from tfsat_host.protocol.limits import SWITCH_COUNT
+from tfsat_host.robot.absent_parts import bodies_of
 
 MOVE_S = 2.0
 REST_S = 0.5
 HALF_RAD = np.deg2rad(45.0)
 TILT_RAD = np.deg2rad(90.0)
-_BODIES, _JOINTS = (1, 2, 3, 4), (1, 2, 3)
-_CLAMPED = (3,)
-"""Its joints are free to move."""
+_CLAMPED = 3
+"""The joints of this body, or of the last one, are free to move."""
 
 
 class EmulatedHands:
@@ -33,6 +33,9 @@ class EmulatedHands:
 
     def __init__(self, robot: EmulatedRobot, servo_faults: Mapping[int, ServoFault]) -> None:
         self._robot = robot
+        self._bodies = bodies_of(robot.model)
+        self._joints = self._bodies[:-1]
+        self._clamped = (min(_CLAMPED, len(self._bodies)),)
         self._servo_faults = servo_faults
 
     def do(self, task: Task, number: int = 0) -> None:
@@ -43,7 +46,7 @@ class EmulatedHands:
                 self._close_joints()
             case Task.OPEN_AND_CLOSE:
                 self._close_joints()
-                self._robot.hold([body for body in _BODIES if body not in MOVED_WITH[number - 1]])
+                self._robot.hold([body for body in self._bodies if body not in MOVED_WITH[number - 1]])
                 open_rad = float(self._robot.model.joint_limits_rad[number - 1, 1])
                 self._robot.operator.move_joint(number, _there_and_back(open_rad))
             case Task.TILT:
@@ -55,28 +58,28 @@ class EmulatedHands:
                 self._press(number)
             case Task.OPEN_HALF:
                 self._power_servos(on=True)
-                self._robot.hold(_CLAMPED)
-                for joint in _JOINTS:
+                self._robot.hold(self._clamped)
+                for joint in self._joints:
                     self._robot.operator.move_joint(joint, _motion(Leg(HALF_RAD, MOVE_S)))
                     self._robot.advance(round((MOVE_S + REST_S + 1.0) * US_PER_S))
             case Task.PRESS_BOTH_UNPOWERED | Task.PRESS_BOTH_POWERED:
                 self._close_joints()
-                self._robot.hold(_CLAMPED)
+                self._robot.hold(self._clamped)
                 self._power_servos(on=task is Task.PRESS_BOTH_POWERED)
                 self._press(1, 2)
 
     def _close_joints(self) -> None:
-        self._robot.hold(_BODIES[-1:])
-        for joint in _JOINTS:
+        self._robot.hold(self._bodies[-1:])
+        for joint in self._joints:
             self._robot.operator.close_joint(joint)
-        self._robot.hold(_BODIES)
+        self._robot.hold(self._bodies)
 
     def _press(self, *pressed: int) -> None:
         for switch in range(1, SWITCH_COUNT + 1):
             self._robot.set_switch(switch, switch in pressed)
 
     def _power_servos(self, *, on: bool) -> None:
-        for joint in _JOINTS:
+        for joint in self._joints:
             self._robot.faults.servo(joint, self._servo_faults.get(joint) if on else "dead")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tfsat_host.acceptance.angle_wiring import MIN_TRAVEL_DEG, START_S, travel_deg
-from tfsat_host.acceptance.imu_wiring import MIN_TURNED_RAD, MOVED_WITH, check_answers, turned_rad
+from tfsat_host.acceptance.imu_wiring import MIN_TURNED_RAD, MOVED_WITH, answering, turned_rad
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import bodies as body_words
@@ -19,7 +19,7 @@ MAX_LEFT_OPEN_DEG = 10.0
 def find_opening_mistake(joint: int, samples: SensorSamples) -> str:
     """Return what was wrong with the opening and closing of a joint (1 to 3); empty: nothing."""
     turned, travel = np.linalg.norm(turned_rad(samples), axis=1), np.abs(travel_deg(samples))
-    _, answers = check_answers(samples)
+    answers = answering(samples)
     own_deg = float(np.median(travel[2 * joint - 2 : 2 * joint]))
     farthest_deg = max(own_deg, float(np.rad2deg(turned[answers].max(initial=0.0))))
     if farthest_deg < MIN_MOTION_DEG:
@@ -44,7 +44,7 @@ def find_opening_mistake(joint: int, samples: SensorSamples) -> str:
 
 def find_tilting_mistake(samples: SensorSamples) -> str:
     """Return what was wrong with the tilt of the whole robot; empty: nothing."""
-    _, answers = check_answers(samples)
+    answers = answering(samples)
     if not answers.any():
         return ""
     tilted_deg = float(np.rad2deg(np.median(np.linalg.norm(turned_rad(samples)[answers], axis=1))))

@@ -16,8 +16,9 @@ from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import PATTERNS
 from tfsat_host.preflight.preflight_check import PreflightCheck, judge, no_go
-from tfsat_host.protocol.limits import IMU_COUNT, IMUS_PER_BUS, JOINT_COUNT
+from tfsat_host.protocol.limits import IMU_COUNT, IMUS_PER_BUS
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import bodies_with_imu, describe_absent
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 MAX_NOISE_DEG_S = 0.5
@@ -37,8 +38,6 @@ MAX_TILT_DEG = 15.0
 """Between a sensor's axis and the body axis that is nearest to it."""
 MOVED_WITH = tuple(next(moved for joint, moved, _ in PATTERNS if joint == number) for number in (1, 2, 3))
 """Bodies (from 1) that a hand moves about joints 1 to 3."""
-_SIGNATURES = {tuple(body in moved for moved in MOVED_WITH): body - 1 for body in range(1, IMU_COUNT + 1)}
-"""Body (from 0) by the joints that it turns with."""
 _RIGHT_ANGLED = [
     rotation
     for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3))
@@ -59,31 +58,36 @@ def turned_rad(samples: SensorSamples) -> FloatArray:
     return np.asarray(path[farthest])
 
 
-def check_answers(samples: SensorSamples) -> tuple[PreflightCheck, BoolArray]:
-    """Check that each IMU answers; return with the check (4,) which do."""
-    answers = samples.imu_valid.mean(axis=0) > MIN_ANSWERED_SHARE
-    wrong = []
+def answering(samples: SensorSamples) -> BoolArray:
+    """(4,) which IMUs answer."""
+    return np.asarray(samples.imu_valid.mean(axis=0) > MIN_ANSWERED_SHARE)
+
+
+def check_answers(samples: SensorSamples, model: RobotModel) -> PreflightCheck:
+    """Check that each IMU that the robot file has answers."""
+    answers, wrong = answering(samples), []
+    expected = [body - 1 for body in bodies_with_imu(model)]
     for bus, pins in enumerate(BUS_PINS):
-        imus = range(bus * IMUS_PER_BUS, (bus + 1) * IMUS_PER_BUS)
+        imus = [imu for imu in expected if imu // IMUS_PER_BUS == bus]
         # Both of a bus at once: rather its two wires, or its supply, than two chips.
-        if not answers[list(imus)].any():
+        if len(imus) > 1 and not answers[imus].any():
             numbers = " and ".join(str(imu + 1) for imu in imus)
             wrong.append(f"neither IMU {numbers} answers: the bus at Teensy pins {pins}, or its supply")
         else:
             wrong += [f"{name_imu(imu)} does not answer" for imu in imus if not answers[imu]]
-    check = judge(
+    return judge(
         wrong,
         "IMUs: {}.",
         "Check plug, supply and AD0 of what is silent, then repeat the step.",
-        f"IMUs: {IMU_COUNT} of {IMU_COUNT} answer.",
+        f"IMUs: {len(expected)} of {len(expected)} answer"
+        + (f". {absent}." if (absent := describe_absent(model)) else "."),
         answered_share=samples.imu_valid.mean(axis=0).tolist(),
     )
-    return check, answers
 
 
 def answering_throughout(motions: Sequence[SensorSamples]) -> tuple[PreflightCheck | None, BoolArray]:
     """Return (4,) the IMUs that answered in all motions; and a finding where one did so in some of them only."""
-    answered = np.array([samples.imu_valid.mean(axis=0) > MIN_ANSWERED_SHARE for samples in motions])
+    answered = np.array([answering(samples) for samples in motions])
     loose = [name_imu(imu) for imu in np.flatnonzero(answered.any(axis=0) & ~answered.all(axis=0)).tolist()]
     if not loose:
         return None, np.asarray(answered.all(axis=0))
@@ -132,21 +136,20 @@ def check_places(turned: Sequence[FloatArray], answers: BoolArray) -> PreflightC
     """Check that each IMU turned with the joints that its body turns with.
 
     Args:
-        turned: Of joints 1 to 3, what `turned_rad` gave.
+        turned: Of each joint that is there, what `turned_rad` gave.
         answers: (4,) IMUs that count.
     """
     angles = np.linalg.norm(np.array(turned), axis=2)
     # (3, 4) by joint and IMU.
     moved = (angles > MIN_TURNED_RAD) & answers
-    body_of = {
-        imu: _SIGNATURES.get(tuple(moved[:, imu].tolist())) for imu in np.flatnonzero(answers).tolist()
-    }
+    # Body (from 0) by the joints that it turns with.
+    bodies = range(len(turned) + 1)
+    signatures = {tuple(body + 1 in moved for moved in MOVED_WITH[: len(turned)]): body for body in bodies}
+    body_of = {imu: signatures.get(tuple(moved[:, imu].tolist())) for imu in np.flatnonzero(answers).tolist()}
     wrong = []
     for imu, body in body_of.items():
         if body is None:
-            joints = (
-                " and ".join(str(joint + 1) for joint in range(JOINT_COUNT) if moved[joint, imu]) or "none"
-            )
+            joints = " and ".join(str(joint + 1) for joint, row in enumerate(moved) if row[imu]) or "none"
             wrong.append(
                 f"IMU {imu + 1} turned with joints {joints}, as no body does: hold what should lie still"
             )

@@ -44,7 +44,7 @@ def check_servos(bench: Bench, closed_rad: Sequence[float]) -> list[PreflightChe
     """
     closed, wrong, ends = np.array(closed_rad), [], []
     _have_joints_half_open(bench, closed)
-    for joint in range(JOINT_COUNT):
+    for joint in range(len(bench.joints)):
         start_deg = joint_angles_deg(bench.read(0.5), closed, bench.robot)[joint]
         before, after = _rests_deg(bench, joint, (start_deg, start_deg + JOG_DEG), closed)
         finding = _of_jog(joint, after - before)
@@ -65,7 +65,7 @@ def check_servos(bench: Bench, closed_rad: Sequence[float]) -> list[PreflightChe
             wrong,
             "Servos: {}.",
             "Correct the wiring or the servo settings, then repeat the step.",
-            f"Servos: {JOINT_COUNT} of {JOINT_COUNT} move their own joint, the right way.",
+            f"Servos: {len(bench.joints)} of {len(bench.joints)} move their own joint, the right way.",
         ),
         judge(
             ends,
@@ -84,7 +84,7 @@ def _have_joints_half_open(bench: Bench, closed_rad: FloatArray) -> None:
         if mistake:
             bench.note(f"  {mistake}. Once more:")
         bench.hands.do(Task.OPEN_HALF)
-        angles = joint_angles_deg(bench.read(0.5), closed_rad, bench.robot)
+        angles = joint_angles_deg(bench.read(0.5), closed_rad, bench.robot)[: len(bench.joints)]
         if ((low <= angles) & (angles <= high)).all():
             return
         stand = ", ".join(f"{angle:.0f}" for angle in angles)
@@ -133,8 +133,10 @@ def joint_angles_deg(samples: SensorSamples, closed_rad: FloatArray, robot: Robo
 
 
 def closed_readings(starts_rad: Sequence[FloatArray]) -> list[float]:
-    """Return of each sensor what it showed at the beginning of the motion of its own joint, closed, rad."""
-    return [
-        float(math.remainder(starts_rad[sensor // 2][sensor], 2 * math.pi))
-        for sensor in range(2 * JOINT_COUNT)
-    ]
+    """Return of each sensor what it showed at the beginning of the motion of its own joint, closed, rad.
+
+    What is not there shows 0 throughout.
+    """
+    shown = [starts_rad[sensor // 2][sensor] for sensor in range(2 * len(starts_rad))]
+    shown += [0.0] * (2 * JOINT_COUNT - len(shown))
+    return [float(math.remainder(angle, 2 * math.pi)) for angle in shown]

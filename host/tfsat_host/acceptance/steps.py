@@ -21,7 +21,7 @@ from tfsat_host.preflight.checks.card import judge_recording
 from tfsat_host.preflight.logger_queries import Trace, judge_trial, record_and_remove
 from tfsat_host.preflight.preflight_check import PreflightCheck, judge, no_go, not_made
 from tfsat_host.protocol.enums import CardState, LoggerState, SequencerState
-from tfsat_host.protocol.limits import JOINT_COUNT, SWITCH_COUNT
+from tfsat_host.protocol.limits import SWITCH_COUNT
 
 REST_S = 10.0
 MOTION_S = 8.0
@@ -61,15 +61,15 @@ def _rest(bench: Bench, _before: Acceptance) -> Made:
     """Read the IMUs at rest."""
     bench.hands.do(Task.REST)
     samples = bench.read(REST_S)
-    answering, answers = imu_wiring.check_answers(samples)
-    return [("imus-answer", answering), ("imus-at-rest", imu_wiring.check_rest(samples, answers))]
+    at_rest = imu_wiring.check_rest(samples, imu_wiring.answering(samples))
+    return [("imus-answer", imu_wiring.check_answers(samples, bench.robot)), ("imus-at-rest", at_rest)]
 
 
 def _motion(bench: Bench, _before: Acceptance) -> Made:
     """Have each joint opened, then the robot tilted; read IMUs and angle sensors."""
     joints = [
         _read_motion(bench, Task.OPEN_AND_CLOSE, joint, partial(find_opening_mistake, joint))
-        for joint in range(1, JOINT_COUNT + 1)
+        for joint in bench.joints
     ]
     tilt = _read_motion(bench, Task.TILT, 0, find_tilting_mistake)
     loose, answers = imu_wiring.answering_throughout([*joints, tilt])

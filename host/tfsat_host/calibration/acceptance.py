@@ -19,6 +19,7 @@ from tfsat_host.calibration.steps.step import Step, StepKind, bodies
 from tfsat_host.calibration.zero import estimate_zero
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import bodies_with_imu
 
 MAX_OPEN_RAD = np.deg2rad(3.0)
 """A joint may be so far from closed while the robot is turned: it tilts the outer bodies' axis by as much."""
@@ -60,27 +61,27 @@ def check_step(
     Raises:
         CalibrationError: why not, what it means, and what to do.
     """
-    step, valid = evidence.step, evidence.counts.angle_valid
+    step, valid, sensed = evidence.step, evidence.counts.angle_valid, bodies_with_imu(model)
     # Judge by biases and zero points alone, so that no earlier motion bears on this one.
     at_rest = (entry for entry in earlier if entry.step.kind in (StepKind.REST, StepKind.ZERO))
     before = solve(at_rest, model, specimens=specimens)
     recording = evidence.recording
     if step.kind == StepKind.REST:
-        estimate_biases(recording)
+        estimate_biases(recording, sensed)
         return
     # Zeros and strokes need no gyro; every other step needs all gyros valid throughout.
     without_gyros = step.kind in (StepKind.ZERO, StepKind.STROKES)
-    check_complete(recording, () if without_gyros else range(1, len(before.gyros) + 1))
+    check_complete(recording, () if without_gyros else sensed)
     if step.kind == StepKind.ZERO:
         for sensors in before.joints:
-            if step.joint in (None, sensors.joint):
+            if step.joint in (None, sensors.joint) and not sensors.absent:
                 estimate_zero(recording, valid, sensors, model)
         return
     if step.kind == StepKind.STROKES:
         check_answers(valid[:, sensor_columns(model, step.moving_joint)], step.moving_joint, most_silent=0.0)
     if step.kind in (StepKind.SERVO, StepKind.STROKES):
         return
-    if any(gyro.bias_recorded_at is None for gyro in before.gyros):
+    if any(gyro.bias_recorded_at is None and not gyro.absent for gyro in before.gyros):
         raise CalibrationError(
             what="The gyros' biases are not known yet.",
             meaning="A gyro that reads 5 deg/s at rest would be taken for a body that moves.",

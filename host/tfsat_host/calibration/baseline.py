@@ -16,6 +16,7 @@ from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.calibration.zero import ZeroEstimate, estimate_zero, with_zero
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import bodies_with_imu
 
 Estimate = TypeVar("Estimate")
 
@@ -39,8 +40,11 @@ class Baseline:
     ) -> None:
         self._specimens = specimens
         by_time = sorted(evidence, key=lambda entry: entry.recorded_at)
+        sensed = bodies_with_imu(model)
         self._rests = [
-            (entry, estimate_biases(entry.recording)) for entry in by_time if entry.step.kind == StepKind.REST
+            (entry, {bias.body: bias for bias in estimate_biases(entry.recording, sensed)})
+            for entry in by_time
+            if entry.step.kind == StepKind.REST
         ]
         zeros = [entry for entry in by_time if entry.step.kind == StepKind.ZERO]
         # A zero of all joints counts for each of them; every joint keeps its own history.
@@ -48,7 +52,7 @@ class Baseline:
             [
                 (entry, estimate_zero(entry.recording, entry.counts.angle_valid, sensors, model))
                 for entry in zeros
-                if entry.step.joint in (None, sensors.joint)
+                if entry.step.joint in (None, sensors.joint) and not sensors.absent
             ]
             for sensors in (sensors_by_design(model, joint) for joint in range(1, model.n_joints + 1))
         ]
@@ -59,7 +63,7 @@ class Baseline:
         """Return the gyros with the biases in force at `at`; the newest ones if it is None."""
         rests = [self._rest(gyro.body, at) for gyro in gyros]
         return tuple(
-            gyro if rest is None else with_bias(gyro, rest[1][gyro.body - 1], rest[0].recorded_at)
+            gyro if rest is None or gyro.absent else with_bias(gyro, rest[1][gyro.body], rest[0].recorded_at)
             for gyro, rest in zip(gyros, rests, strict=True)
         )
 
@@ -85,7 +89,7 @@ class Baseline:
         # One rest may serve several motions: name it once.
         return list({entry.recorded_at: entry for entry in evidence}.values())
 
-    def _rest(self, body: int, at: datetime | None) -> tuple[Evidence, tuple[BiasEstimate, ...]] | None:
+    def _rest(self, body: int, at: datetime | None) -> tuple[Evidence, dict[int, BiasEstimate]] | None:
         return _at(self._rests, at, partial(self._specimens.gyro, body))
 
     def _zero(self, joint: int, at: datetime | None) -> tuple[Evidence, ZeroEstimate] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -63,14 +64,14 @@ class BiasEstimate:
     temperature_c: float
 
 
-def estimate_biases(still: SensorSamples) -> tuple[BiasEstimate, ...]:
-    """Estimate the biases of all four gyros from a recording in which nothing moved.
+def estimate_biases(still: SensorSamples, bodies: Collection[int] = (1, 2, 3, 4)) -> tuple[BiasEstimate, ...]:
+    """Estimate the biases of the gyros of some bodies (1 to 4) from a recording in which nothing moved.
 
     Raises:
         CalibrationError: samples or a gyro are missing, or a body moved; says which, and how.
     """
-    check_complete(still, range(1, 5))
-    return tuple(_estimate(still, body) for body in range(1, 5))
+    check_complete(still, bodies)
+    return tuple(_estimate(still, body) for body in bodies)
 
 
 def with_bias(gyro: GyroCalibration, bias: BiasEstimate, recorded_at: datetime) -> GyroCalibration:

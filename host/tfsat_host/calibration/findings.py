@@ -20,7 +20,7 @@ from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
 from tfsat_host.calibration.servos.servo_findings import DYNAMICS
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.calibration.steps.evidence import Evidence
-from tfsat_host.calibration.steps.step import AXES, StepKind
+from tfsat_host.calibration.steps.step import AXES, StepKind, bodies
 from tfsat_host.next_step import Advice
 from tfsat_host.quantity import Column, Columns, Table, fields, plus_minus, vector
 from tfsat_host.robot import RobotModel
@@ -213,12 +213,16 @@ def step_findings(
     """Build the results of steps of one kind, for all their gyros, joints or axes."""
     kind = steps[0].step.kind
     if kind == StepKind.REST:
-        return now.gyros
+        return now.present_gyros
     if kind == StepKind.ZERO:
         joints = {evidence.step.joint for evidence in steps}
         earlier_joints = [None] * len(now.joints) if before is None else before.joints
         pairs = zip(now.joints, earlier_joints, strict=True)
-        return [zero_points(sensors, old) for sensors, old in pairs if joints & {None, sensors.joint}]
+        return [
+            zero_points(sensors, old)
+            for sensors, old in pairs
+            if joints & {None, sensors.joint} and not sensors.absent
+        ]
     if kind == StepKind.STROKES:
         joints = {evidence.step.joint for evidence in steps}
         return [fit for fit in now.servo_dynamics if fit.joint in joints]
@@ -234,8 +238,9 @@ def finding_lines(step: Evidence, calibration: Calibration, model: RobotModel) -
         return [f"servo of joint {step.step.joint}: {len(step.visits)} places visited"]
     findings = step_findings([step], None, calibration, model)
     if kind == StepKind.REST:
-        largest = max(gyro.bias_std_rad_s.max() for gyro in calibration.gyros)
-        return [f"biases of bodies 1 to 4: max. ± {np.rad2deg(largest):.4f} deg/s"]
+        gyros = calibration.present_gyros
+        largest = max(gyro.bias_std_rad_s.max() for gyro in gyros)
+        return [f"biases of {bodies(gyro.body for gyro in gyros)}: max. ± {np.rad2deg(largest):.4f} deg/s"]
     return [_LINES[kind](finding) for finding in findings]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Protocol
 
@@ -12,6 +13,10 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.solution import SensorKnowledge
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Axis, Step, StepKind, rest, sweeps, swings, turn, zero
+from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import bodies_of, bodies_with_imu, require_joint
 
 REST_HOLDS = timedelta(minutes=15)
 """For so long a bias may stand for a motion: it drifts with the temperature."""
@@ -115,9 +120,36 @@ def steps_of(quantity: str, joint: int | None, turned: tuple[Axis, float] | None
     return swings(joint) if quantity == "misalignment" else sweeps(joint)
 
 
-def with_rest(steps: Sequence[Step], campaign: Campaign) -> tuple[Step, ...]:
+def fit_steps(steps: Sequence[Step], model: RobotModel) -> tuple[Step, ...]:
+    """Return the steps of a robot of fewer parts: without absent bodies, measured by the IMUs that are there.
+
+    Raises:
+        UsageError: no IMU measures one of them, or the joint is absent.
+    """
+    bodies, sensed = set(bodies_of(model)), set(bodies_with_imu(model))
+    fitted = []
+    for step in steps:
+        if step.joint is not None:
+            require_joint(model, step.joint)
+        by_gyro = step.kind in (StepKind.SWING, StepKind.SWEEP, StepKind.TURN)
+        moved = tuple(body for body in step.moved if body in (sensed if by_gyro else bodies))
+        if moved or not step.moved:
+            fitted.append(
+                replace(step, moved=moved, held=tuple(body for body in step.held if body in bodies))
+            )
+    if not fitted:
+        raise UsageError(
+            what=f"No IMU of {model.name} measures this: the bodies that move have none.",
+            meaning="Nothing was measured, and no drop misses it.",
+            next_step=Advice("What is left to measure: ", NextStep("calibrate show")),
+        )
+    return tuple(fitted)
+
+
+def with_rest(steps: Sequence[Step], campaign: Campaign, model: RobotModel) -> tuple[Step, ...]:
     """Return the steps, preceded by a rest unless a recent one gives the biases."""
-    return tuple(steps) if recent(campaign, rest(), REST_HOLDS) is not None else (rest(), *steps)
+    first = fit_steps([rest()], model)
+    return tuple(steps) if recent(campaign, first[0], REST_HOLDS) is not None else (*first, *steps)
 
 
 def recent(campaign: Campaign, step: Step, within: timedelta) -> Evidence | None:

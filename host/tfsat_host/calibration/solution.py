@@ -185,7 +185,7 @@ class _AllSensors:
         """Begin with what design and data sheets say."""
         return cls(
             [
-                [by_design(body, imu.sensor_to_body)] * (specimens.gyro(body) + 1)
+                [by_design(body, imu.sensor_to_body, absent=imu.absent)] * (specimens.gyro(body) + 1)
                 for body, imu in enumerate(model.imus, 1)
             ],
             [
@@ -231,8 +231,9 @@ class _Responses:
         """Adds the responses of a swing or a turn; those of a sweep, `bent` adds."""
         if evidence.step.kind == StepKind.TURN:
             # A rigid turn is common to all gyros: one that shows another axis stands out.
-            check_turn_axis(evidence.recording, evidence.step, gyros)
-            for gyro in gyros:
+            turning = [gyro for gyro in gyros if not gyro.absent]
+            check_turn_axis(evidence.recording, evidence.step, turning)
+            for gyro in turning:
                 turned = turn_response(evidence.recording, evidence.step, gyro)
                 self._of_body(gyro.body, evidence.recorded_at).append(self._with_date(turned, evidence))
             return

@@ -61,13 +61,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Does what is left to do, step by step, and shows the verdict."""
     from tfsat_host.acceptance.record import COLUMNS, EMULATED_FILE, FILE, MADE_BY
     from tfsat_host.acceptance.wiring_faults import FAULT, WIRING_FAULTS
-    from tfsat_host.robot import load_robot
+    from tfsat_host.robot.absent_parts import load_robot_of_boards, require_all_parts
 
     if args.list_faults:
         faults = list(WIRING_FAULTS.values())
         out.result({"faults": records(FAULT, faults)}, lambda: show_rows(FAULT, faults, out))
         return 0
-    model = load_robot(args.robot)
+    model = load_robot_of_boards(args.robot)
+    if args.fault:
+        require_all_parts(model)
     # A closed terminal, a `kill` and Ctrl-Z are a Ctrl-C: the sequencer is disarmed, the joint let go.
     with (
         handle_signals([*SIGNALS, *SUSPEND], signal.default_int_handler),
@@ -201,14 +203,15 @@ def _show(acceptance: Acceptance, page: Path, out: Output) -> None:
 class _TwoPeople:
     """The people at the bench: told what to do; a key says that it is done."""
 
-    def __init__(self, out: Output) -> None:
+    def __init__(self, robot: RobotModel, out: Output) -> None:
+        self._robot = robot
         self._out = out
 
     def do(self, task: Task, number: int = 0) -> None:
         """Announce the task and wait. Raises UsageError without a terminal, Interrupted for q."""
         from tfsat_host.acceptance.bench import MOVING, Task, describe_task
 
-        for line in describe_task(task, number):
+        for line in describe_task(task, number, self._robot):
             self._out.note(f"  {line}")
         if task is Task.LET_GO:
             return
@@ -238,7 +241,7 @@ def _open_boards(args: argparse.Namespace, model: RobotModel, out: Output) -> It
         def reopen() -> JogClient:
             return _reopen(args, out)
 
-        people = _TwoPeople(out)
+        people = _TwoPeople(model, out)
         yield Bench(model, sequencer, logger, people, reopen, out.note, out.progress, _hold_signals_back)
 
 

@@ -52,9 +52,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.emulated.real_time import ControlSocket, TypedLines, serve, standard_input
     from tfsat_host.emulated.server import RobotServer
     from tfsat_host.emulated.state import ServedFolder
-    from tfsat_host.robot import load_robot
+    from tfsat_host.robot.absent_parts import describe_absent, load_robot_of_boards
 
-    model = load_robot(args.robot)
+    model = load_robot_of_boards(args.robot)
+    if absent := describe_absent(model):
+        out.note(absent)
     folder = ServedFolder(args.dir)
     with contextlib.ExitStack() as stack:
         stack.callback(folder.release)

@@ -16,7 +16,6 @@ from tfsat_host.devices.client import Client
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.monitor_view import MOMENT, UNCALIBRATED, Moment, Picture, one_line
 from tfsat_host.present.output import Output
-from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT
 from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
@@ -41,16 +40,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Shows until it is interrupted, which is its normal end, or for as long as was asked."""
     from tfsat_host.devices.monitoring import BoardsLost, watch
-    from tfsat_host.robot import load_robot
+    from tfsat_host.robot.absent_parts import describe_absent, load_robot_of_boards
 
-    robot = load_robot(args.robot)
+    robot = load_robot_of_boards(args.robot)
     sensors = robot.angle_sensors
-    if len(sensors) != ANGLE_SENSOR_COUNT:
-        raise TfsatError(
-            what=f"{robot.path}: {robot.name} has {len(sensors)} angle sensors.",
-            meaning=f"The logger reads {ANGLE_SENSOR_COUNT}, so its angles cannot be shown; nothing was changed.",
-            next_step="Name the file of the robot that carries the logger, or leave --robot out.",
-        )
+    if sentence := describe_absent(robot):
+        out.note(sentence)
     with ExitStack() as stack:
         all_places = places(args, out, stack)
         watched = _open(all_places, out, sensors, stack)

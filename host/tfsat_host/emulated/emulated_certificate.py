@@ -15,8 +15,16 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calibration, Subject
-from tfsat_host.calibration.sensors.gyro import MOUNTING, PARAMETERS, SCALE, SKEW, GyroCalibration, skews_of
-from tfsat_host.calibration.sensors.joint_sensors import JointSensors, harmonics
+from tfsat_host.calibration.sensors.gyro import (
+    MOUNTING,
+    PARAMETERS,
+    SCALE,
+    SKEW,
+    GyroCalibration,
+    by_design,
+    skews_of,
+)
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, harmonics, sensors_by_design
 from tfsat_host.calibration.servos.fit import fit_servo_map
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, arrivals, board_pulse_us, servo_plan
 from tfsat_host.emulated.imperfections import Imperfections
@@ -57,7 +65,8 @@ def careful_certificate(
     random = np.random.default_rng([seed, 5])
     gyros = tuple(_gyro(model, truth, body, random, measured) for body in range(IMU_COUNT))
     joints = tuple(_sensors(model, truth, joint, random, measured) for joint in range(JOINT_COUNT))
-    subject = Subject(model.name, truth.logger_serial.hex(), truth.imu_who_am_i.hex(), True)
+    who_am_i = bytes(0 if model.imus[body].absent else part for body, part in enumerate(truth.imu_who_am_i))
+    subject = Subject(model.name, truth.logger_serial.hex(), who_am_i.hex(), True)
     servos = careful_servo_maps(model, truth, seed, measured)
     return Calibration(
         subject,
@@ -96,10 +105,13 @@ def worse_certificate(calibration: Calibration, times: float, random: np.random.
 def _gyro(
     model: RobotModel, truth: Imperfections, body: int, random: np.random.Generator, measured: datetime
 ) -> GyroCalibration:
+    imu = model.imus[body]
+    if imu.absent:
+        return by_design(body + 1, imu.sensor_to_body, absent=True)
     # Order of the gyro's parameters: bias, mounting, scale, skew, three of each.
     std = np.repeat([_BIAS_STD_RAD_S, _MOUNTING_STD_RAD, _SCALE_STD, _SKEW_STD], 3)
     off = std * random.standard_normal(PARAMETERS)
-    placed = truth.mounting[body] @ model.imus[body].sensor_to_body
+    placed = truth.mounting[body] @ imu.sensor_to_body
     # What the chip shows of a rate in its axes: its symmetric part is what calibration calls response, the rest turns.
     left, gains, right = np.linalg.svd(truth.gyro_response[body])
     mounted, response = placed @ (left @ right).T, (left * gains) @ left.T
@@ -135,6 +147,8 @@ def _sensors(
     model: RobotModel, truth: Imperfections, joint: int, random: np.random.Generator, measured: datetime
 ) -> JointSensors:
     columns = [i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint]
+    if model.angle_sensors[columns[0]].absent:
+        return sensors_by_design(model, joint + 1)
     straight = np.array([model.angle_sensors[c].zero_offset_rad + truth.angle_zero_rad[c] for c in columns])
     bend = truth.angle_nonlinearity_rad[columns]
     # (2, 4) harmonics by (2, 4) coefficients, summed per sensor: the bend at joint angle zero.
@@ -179,7 +193,7 @@ def careful_servo_maps(
             measured,
         )
         for index, servo in enumerate(model.servos[:JOINT_COUNT])
-        if servo.pulses is not None
+        if servo.pulses is not None and not servo.absent
     )
 
 

@@ -19,7 +19,7 @@ from tfsat_host.emulated.library import (
     interface,
     load_library,
     read_bytes,
-    require_the_boards_numbers,
+    require_pulses,
     robot_config,
     vector,
 )
@@ -29,6 +29,7 @@ from tfsat_host.emulated.library import Reset as Reset
 from tfsat_host.emulated.manual_motion import OperatorMotion
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.robot.absent_parts import fill_places
 
 EEPROM_BYTES = 1024
 US_PER_S = 1_000_000
@@ -82,8 +83,8 @@ class EmulatedRobot:
         variant: Variant | None = None,
         progress: Progress = lambda _: None,
     ) -> None:
-        self.model = model or load_robot()
-        require_the_boards_numbers(self.model)
+        self.model = fill_places(model or load_robot())
+        require_pulses(self.model)
         # Only an image needs the emulated ATmega32U4, and with it libsimavr.
         chosen = variant or Variant(avr=hex_path is not None)
         self._library = load_library(ensure_built(chosen, progress))
@@ -109,7 +110,7 @@ class EmulatedRobot:
         # One buffer for good: reads are short and come with each step of virtual time.
         self._buffer = interface().new("uint8_t[]", _READ_BYTES)
         self.card_slot = CardSlot(self._library, self._robot)
-        self.faults = Faults(self._library, self._robot)
+        self.faults = Faults(self._library, self._robot, self.model)
         self.operator = OperatorMotion(self._library, self._robot)
         # Boards are off until they get power; both have started after SETTLE_US of virtual time.
         for board in BoardIndex:

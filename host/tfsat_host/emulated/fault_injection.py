@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.library import EmulationError, read_bytes, vector
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, IMUS_PER_BUS, JOINT_COUNT, SWITCH_COUNT
+from tfsat_host.robot import RobotModel
 
 ImuFault = Literal["dead", "frozen", "saturated", "swapped"]
 """An IMU does not answer; its registers stand still; its gyros fill their converters at a tenth of the range (the
@@ -40,10 +41,12 @@ class Faults:
     Every method raises EmulationError, and changes nothing, for a part or a kind that does not exist.
     """
 
-    def __init__(self, library: Any, robot: Any) -> None:
+    def __init__(self, library: Any, robot: Any, model: RobotModel) -> None:
         self._library = library
         self._robot = robot
+        self._model = model
         self._swapped: dict[int, int] = {}
+        self._unplug_absent()
 
     def imu(self, body: int, kind: ImuFault | None, other: int | None = None) -> None:
         """Set or clear a fault of the IMU of a body (1 to 4).
@@ -189,6 +192,13 @@ class Faults:
                 self.connect(part, pin, pin)
         self.bounce(None)
         self.card_stalls(None)
+        self._unplug_absent()
+
+    def _unplug_absent(self) -> None:
+        """Silence the IMUs that the robot does not have; a pin without an angle sensor reads anything."""
+        for body, imu in enumerate(self._model.imus, 1):
+            if imu.absent:
+                self.imu(body, "dead")
 
     def _plug_back(self, body: int) -> None:
         other = self._swapped.pop(body, None)

@@ -15,7 +15,6 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.build import native_root
 from tfsat_host.emulated.imperfections import GYRO_WANDER_S, Imperfections
 from tfsat_host.errors import TfsatError
-from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
@@ -137,17 +136,8 @@ def _shape(declared: Any) -> tuple[int, ...]:
     return (declared.length, *_shape(declared.item)) if declared.kind == "array" else ()
 
 
-def require_the_boards_numbers(model: RobotModel) -> None:
-    """Raises EmulationError for a robot that the boards are not built for."""
-    numbers = (model.n_bodies, model.n_joints, len(model.imus), len(model.angle_sensors))
-    if numbers != (IMU_COUNT, JOINT_COUNT, IMU_COUNT, ANGLE_SENSOR_COUNT):
-        raise EmulationError(
-            what=f"{model.path}: {model.name} has {numbers[0]} bodies, {numbers[1]} joints, {numbers[2]} IMUs and "
-            f"{numbers[3]} angle sensors.",
-            meaning=f"The boards are built for {IMU_COUNT} bodies with an IMU each, and {JOINT_COUNT} joints with "
-            f"{ANGLE_SENSOR_COUNT // JOINT_COUNT} angle sensors each; nothing was run.",
-            next_step="Emulate robots/drop_tower.toml or one like it.",
-        )
+def require_pulses(model: RobotModel) -> None:
+    """Raises EmulationError for a robot whose servos the sequencer cannot command."""
     for joint, servo in zip(model.joint_names, model.servos, strict=True):
         if servo.pulses is None:
             raise EmulationError(

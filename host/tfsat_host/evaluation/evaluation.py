@@ -46,6 +46,7 @@ from tfsat_host.evaluation.strokes import FlownStroke, strokes_flown
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import ASSUMED, RobotModel
+from tfsat_host.robot.absent_parts import ignore_absent
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.droplog import rows_of
 
@@ -227,6 +228,7 @@ def evaluate(
         EvaluationError: no release, a hole in all gyros, a bias that cannot be had, or no motion that explains the
             readings.
     """
+    log = ignore_absent(log, model)
     near = _near_fall(log)
     rest = rest_before_release(near)
     fallback = with_fallbacks(calibration, near, model, rest, recorded)
@@ -384,7 +386,12 @@ class _Drop:
             model=model,
             calibration=calibration,
             schedule=schedule,
-            notes=(*self.notes, *notes_of(motion), *(clocks.notes if clocks else ()), *against),
+            notes=(
+                *self.notes,
+                *notes_of(motion, [gyro.body for gyro in calibration.gyros if gyro.absent]),
+                *(clocks.notes if clocks else ()),
+                *against,
+            ),
             rest=self.rest,
             instants=fall_instants(log, calibrated_samples),
             micro_gravity=measure_micro_gravity(

@@ -78,7 +78,7 @@ def with_fallbacks(
         )
     joints = []
     for sensors in initial_calibration.joints:
-        if sensors.zero_recorded_at is None:
+        if not sensors.has_zero:
             sensors = _hung(sensors, log, model)
             notes += _of_hung(sensors)
         joints.append(sensors_since(sensors, lacking))
@@ -87,7 +87,9 @@ def with_fallbacks(
 
 
 def _design_calibration(log: DropLog, model: RobotModel) -> Calibration:
-    gyros = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1))
+    gyros = tuple(
+        by_design(body, imu.sensor_to_body, absent=imu.absent) for body, imu in enumerate(model.imus, 1)
+    )
     joints = tuple(sensors_by_design(model, joint + 1) for joint in range(model.n_joints))
     subject = Subject(model.name, log.header.board_serial.hex(), log.header.who_am_i.hex(), False)
     return Calibration(subject, gyros, joints, (), (), (), datetime.now(UTC))

@@ -21,6 +21,7 @@ from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.quantity import Columns, fields
+from tfsat_host.robot.absent_parts import ignore_absent
 from tfsat_host.sdlog.contradictions import two_releases
 from tfsat_host.sdlog.log_summary import grave_warnings
 
@@ -156,7 +157,8 @@ def refusal_verdict(error: TfsatError) -> Verdict:
 
 def _good(evaluation: Evaluation) -> str:
     passed = sum(check.verdict == "passed" for check in evaluation.checks)
-    missed = int((~evaluation.log.imu_valid).sum() + (~evaluation.log.angle_valid).sum())
+    log = ignore_absent(evaluation.log, evaluation.model, missed=False)
+    missed = int((~log.imu_valid).sum() + (~log.angle_valid).sum())
     samples = "no samples lost" if missed == 0 else f"no samples lost ({missed} single readings bridged)"
     return f"{passed} of {passed} checks passed, {samples}, calibration valid."
 
@@ -170,9 +172,8 @@ def _of_recording(evaluation: Evaluation) -> Iterator[str]:
         )
     # Two releases are a matter of the fall, told there; indented lines are details of the one above.
     of_release = two_releases(evaluation.log.release)
-    yield from (
-        line for line in grave_warnings(evaluation.log) if not line.startswith(" ") and line != of_release
-    )
+    log = ignore_absent(evaluation.log, evaluation.model, missed=False)
+    yield from (line for line in grave_warnings(log) if not line.startswith(" ") and line != of_release)
 
 
 def _of_strokes(strokes: Sequence[FlownStroke]) -> Iterator[str]:

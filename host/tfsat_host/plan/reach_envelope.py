@@ -30,6 +30,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.plan.facility import permissible_transversal_velocity_mm_s
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import bodies_of
 
 STEP_S = 0.005  # a joint turns by less than 1 deg in it
 _MAX_STEPS = 200_000
@@ -159,7 +160,7 @@ def envelope_of(
 
 
 def _check_described(robot: RobotModel, schedule: Schedule) -> None:
-    shapeless = [name for name, c in zip(robot.body_names, robot.shape_m, strict=True) if len(c) == 0]
+    shapeless = [robot.body_names[body - 1] for body in bodies_of(robot) if len(robot.shape_m[body - 1]) == 0]
     if shapeless:
         raise EnvelopeError(
             what=f"{robot.path}: no shape is given for {', '.join(shapeless)}.",
@@ -167,9 +168,9 @@ def _check_described(robot: RobotModel, schedule: Schedule) -> None:
             next_step="Add `boxes_mm` to the body; robots/drop_tower.toml shows how.",
         )
     last = max((stroke.joint for stroke in schedule.strokes), default=0)
-    if last > robot.n_joints:
+    if last >= len(bodies_of(robot)):
         raise EnvelopeError(
-            what=f"The maneuver moves joint {last}; {robot.path} has {robot.n_joints}.",
+            what=f"The maneuver moves joint {last}; {robot.path} has {len(bodies_of(robot)) - 1}.",
             meaning=_UNKNOWN_REACH,
             next_step="Name the robot that the maneuver is for: --robot FILE.",
         )
@@ -186,10 +187,13 @@ def envelope_of_motion(
 
     The motion is given by joint angles (m, n - 1) and attitudes (m, 4) of `body`'s base at times `t_s`.
     """
-    reach_mm = reach_of_bodies_mm(robot, body, angles_rad.T, quaternion_xyzw.T)
+    # A body that is not there has no corners.
+    reach_mm = [
+        reach for reach in reach_of_bodies_mm(robot, body, angles_rad.T, quaternion_xyzw.T) if len(reach)
+    ]
     height_mm = np.concatenate([reach[:, 2] for reach in reach_mm])
     return Envelope(
-        body_names=robot.body_names,
+        body_names=robot.body_names[: len(reach_mm)],
         t_s=t_s,
         angles_rad=angles_rad,
         radius_mm=np.stack([np.hypot(reach[:, 0], reach[:, 1]).max(axis=0) for reach in reach_mm], axis=1),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Generic, Literal, TypeVar
 
@@ -26,6 +26,7 @@ from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.protocol.limits import RING_BLOCKS
 from tfsat_host.protocol.messages import LoggerSettings, LoggerStatusReply, SequencerStatusReply
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import ignore_absent
 
 Known = TypeVar("Known")
 Status = TypeVar("Status", SequencerStatusReply, LoggerStatusReply)
@@ -356,6 +357,7 @@ class Sensors:
 def sensors_of(evidence: Evidence) -> Sensors:
     """Return the live sensor samples. Raises Unreached: none were received."""
     live = require(require(evidence.logger).live)
+    live = replace(live, counts=ignore_absent(live.counts, evidence.robot))
     return Sensors(live, SensorSamples.from_counts(live.counts))
 
 
@@ -405,7 +407,7 @@ def joint_angles(sensors: Sensors, evidence: Evidence) -> FloatArray:
     calibration = certificate_of_these(evidence)
     angles = np.full((len(calibration.joints), 2), np.nan)
     for row, joint in enumerate(calibration.joints):
-        if joint.zero_recorded_at is None:
+        if not joint.has_zero:
             what = f"The zero point of joint {joint.joint} was never measured."
             command = NextStep("calibrate zero", ("--joint", str(joint.joint)))
             raise Unreached(Missing(what, Advice(command)))

@@ -26,10 +26,11 @@ from tfsat_host.plan.loops import classes, format_sequence
 from tfsat_host.plan.maneuver_design import maneuver_of
 from tfsat_host.plan.problem import DesignSettings, Problem
 from tfsat_host.plan.study import end_at_interrupt, usable_cores
-from tfsat_host.protocol.limits import FALL_US, IMU_COUNT, PAUSE_MIN_US, SCHEDULE_GRID_US
+from tfsat_host.protocol.limits import FALL_US, PAUSE_MIN_US, SCHEDULE_GRID_US
 from tfsat_host.rehearsal.hidden import hidden_drop
 from tfsat_host.rehearsal.truth import truth_as_filed
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import fill_places
 from tfsat_host.worker_processes import worker_pool
 
 WANTED = ("com", "masses", "inertias", "hinge-points")
@@ -100,10 +101,11 @@ def learn(
     Raises:
         UsageError: the robot is none that the boards fly, or its file takes what is wanted for exact.
     """
-    if not robot.has_sequencer or len(robot.imus) != IMU_COUNT:
+    if not robot.has_sequencer:
         raise _refusal(
             f"{robot.path} is no robot that both boards fly.", "Give the file of the robot that is dropped."
         )
+    robot = fill_places(robot)
     candidates = [USUAL, *_candidates(robot)]
     lessons = []
     # The order of candidates is kept, whichever process is done first: the usual maneuver stays in front.

@@ -14,7 +14,6 @@ from tfsat_host.maneuver import Maneuver, Schedule, schedule_maneuver
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.plan.facility import load_tower
-from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.quantity import record
 from tfsat_host.rehearsal import rehearsed_drop as drops
 from tfsat_host.rehearsal import series as many
@@ -29,7 +28,8 @@ from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.series import Series
 from tfsat_host.rehearsal.series_result import TABLE, SeriesResult, write_series
 from tfsat_host.rehearsal.truth_comparison import truth_text
-from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import load_robot_of_boards, require_all_parts
 from tfsat_host.run import drop_report
 from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import MANEUVER, ROBOT
@@ -60,20 +60,7 @@ class RehearsalOptions:
         Raises:
             TfsatError: it cannot be read, or there are no boards for such a robot.
         """
-        robot = load_robot(self.robot)
-        if (robot.n_bodies, robot.n_joints, len(robot.imus)) != (IMU_COUNT, JOINT_COUNT, IMU_COUNT):
-            raise TfsatError(
-                what=f"{robot.name} cannot be rehearsed: its file has {robot.n_bodies} bodies, {robot.n_joints} joints "
-                f"and {len(robot.imus)} IMUs, and the boards drop a robot of {IMU_COUNT} bodies with an IMU each and "
-                f"{JOINT_COUNT} joints.",
-                meaning="Nothing was flown.",
-                next_step=Advice(
-                    "Name a file like robots/drop_tower.toml with --robot, or leave it out. What such a robot would do "
-                    "is computed by ",
-                    NextStep("simulate", ("--robot", str(self.robot))),
-                ),
-            )
-        return robot
+        return load_robot_of_boards(self.robot)
 
     def part(self) -> ImuPart | None:
         """Load the chosen IMU; None: the robot's own. Raises UsageError, TfsatError."""
@@ -136,10 +123,13 @@ class Rehearsal:
         Raises:
             TfsatError: robot, IMU, maneuver or faults are refused.
         """
+        robot = options.nominal_robot()
+        if faults:
+            require_all_parts(robot)
         return cls(
             maneuver,
             schedule or schedule_maneuver(maneuver),
-            options.nominal_robot(),
+            robot,
             faults_named(faults),
             options,
             options.part(),

@@ -76,6 +76,7 @@ class Servo:
         measured: Dynamics towards smaller and towards larger angles; None: not measured.
         play_rad: A joint stops half of it short of where its servo sends it, on the side from which it came.
         stop_std_rad: Of where a single stroke ends about that; None: not measured.
+        absent: The joint is not there; see `absent_parts`.
     """
 
     average_rate_rad_s: float
@@ -87,6 +88,7 @@ class Servo:
     measured: tuple[ServoDynamics | None, ServoDynamics | None] = (None, None)
     play_rad: float = 0.0
     stop_std_rad: float | None = None
+    absent: bool = False
 
     def dynamics(self, delta_rad: float) -> ServoDynamics:
         """Return the dynamics of a stroke of `delta_rad`: as measured that way, else as the file states them."""
@@ -103,7 +105,8 @@ class Servo:
 class Imu:
     """One inertial sensor on a body.
 
-    `position_m`: (3,) in the body frame. `sensor_to_body`: (3, 3) rotation as mounted by design.
+    `position_m`: (3,) in the body frame. `sensor_to_body`: (3, 3) rotation as mounted by design. `absent`: it is not
+    there; see `absent_parts`.
     """
 
     body: int
@@ -113,6 +116,7 @@ class Imu:
     sensor_to_body: FloatArray
     gyro_range_rad_s: float
     low_pass_hz: float
+    absent: bool = False
 
 
 @dataclass(frozen=True)
@@ -120,13 +124,14 @@ class AngleSensor:
     """One absolute angle sensor: it shows `zero_offset_rad + direction * joint angle`, modulo a turn.
 
     `nonlinearity_rad`: how far it bends from that, as the standard deviation of each coefficient of sin, cos and of
-    those of twice the angle that it shows.
+    those of twice the angle that it shows. `absent`: it is not there; see `absent_parts`.
     """
 
     joint: int
     direction: int
     zero_offset_rad: float
     nonlinearity_rad: float = 0.05 * math.pi / 180  # assumed: a good magnetic encoder, adjusted
+    absent: bool = False
 
 
 UNCERTAIN: Mapping[str, tuple[str, float]] = {

@@ -23,9 +23,9 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable
 from tfsat_host.plan.facility import load_tower
-from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.quantity import Column, Columns, columns_of, fields
-from tfsat_host.robot import RobotModel, find_robot, load_robot
+from tfsat_host.robot import RobotModel, find_robot
+from tfsat_host.robot.absent_parts import describe_absent, load_robot_of_boards
 from tfsat_host.run.certificate_check import (
     CERTIFICATE_STATE,
     CheckedCertificate,
@@ -161,16 +161,7 @@ def robot_of(named: Path | str | None, places: Sequence[Path] = ()) -> RobotMode
     """
     if len(places) > 1:
         _require_one_robot(places)
-    robot = load_robot(named or _robot_of_all(places))
-    # The log's columns are of a fixed number of IMUs and joints: no other robot can be mapped to them.
-    if (robot.n_bodies, robot.n_joints, len(robot.imus)) != (IMU_COUNT, JOINT_COUNT, IMU_COUNT):
-        raise TfsatError(
-            what=f"{robot.name} has {robot.n_bodies} bodies, {robot.n_joints} joints and {len(robot.imus)} IMUs; the "
-            f"logger records {IMU_COUNT} bodies with an IMU each and {JOINT_COUNT} joints.",
-            meaning="Nothing was evaluated.",
-            next_step="Give the file of the robot that was dropped with --robot.",
-        )
-    return robot
+    return load_robot_of_boards(named or _robot_of_all(places))
 
 
 def _robot_of_run(log: DropLog) -> DroppedRobot:
@@ -258,7 +249,9 @@ def evaluate_run(
             swarm=options.swarm,
         )
     # Remarks inform and do not enter the verdict; objections to certificate and maneuver do.
-    remarks = [_NO_MANEUVER] if commanded.schedule is None else []
+    absent = describe_absent(robot)
+    remarks = [f"{absent}."] if absent else []
+    remarks += [_NO_MANEUVER] if commanded.schedule is None else []
     remarks += [commanded.remark] if commanded.remark else []
     remarks += evaluation.micro_gravity.notes
     remarks += [] if evaluation.release_velocity is None else evaluation.release_velocity.notes
@@ -312,7 +305,7 @@ def _of_same_imus(calibration: Calibration, who_am_i: str, robot: RobotModel) ->
     gyros = [
         gyro
         if calibrated_who_am_i[2 * i : 2 * i + 2] == who_am_i[2 * i : 2 * i + 2]
-        else by_design(gyro.body, robot.imus[i].sensor_to_body)
+        else by_design(gyro.body, robot.imus[i].sensor_to_body, absent=gyro.absent)
         for i, gyro in enumerate(calibration.gyros)
     ]
     return replace(calibration, gyros=tuple(gyros))

@@ -110,11 +110,11 @@ def _outputs(log: DropLog, stem: Path, formats: Sequence[str]) -> dict[str, Outp
 def _write_mcap(log: DropLog, path: Path) -> None:
     """Write an MCAP file that includes the bodies' transforms, by the robot file of the run."""
     from tfsat_host.evaluation.body_frames import body_frames
-    from tfsat_host.robot import load_robot
+    from tfsat_host.robot.absent_parts import load_robot_of_boards
     from tfsat_host.run.files import robot_beside
     from tfsat_host.sdlog.export_mcap import write_mcap
 
-    write_mcap(log, path, body_frames(log, load_robot(robot_beside(log.path))))
+    write_mcap(log, path, body_frames(log, load_robot_of_boards(robot_beside(log.path))))
 
 
 def held_calibration(

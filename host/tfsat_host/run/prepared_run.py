@@ -27,7 +27,8 @@ from tfsat_host.preflight.preflight_evidence import AcceptedRobot, Failed, Missi
 from tfsat_host.preflight.preflight_result import RESULT, PreflightResult
 from tfsat_host.protocol.limits import BLOCK_MAGIC
 from tfsat_host.quantity import record
-from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import load_robot_of_boards
 from tfsat_host.run.campaign.campaign_folder import DROP
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, RECORDING, find_certificate, robot_beside
 from tfsat_host.run.signed_record import entries_of, sign
@@ -100,7 +101,7 @@ class PreparedRun:
             elsewhere="Make the folder writable, or copy maneuver.toml and the certificate into one that is.",
         )
         maneuver = maneuver or folder / MANEUVER
-        robot_file = load_robot(robot or robot_beside(folder))
+        robot_file = load_robot_of_boards(robot or robot_beside(folder))
         tower = load_tower(facility)
         # A maneuver that is missing or wrong is a finding of the checks and does not end the command.
         schedule = _schedule(maneuver)

@@ -140,6 +140,16 @@ class Calibration:
     __repr__ = describe_fields
 
     @property
+    def present_gyros(self) -> list[GyroCalibration]:
+        """Those of bodies that have an IMU."""
+        return [gyro for gyro in self.gyros if not gyro.absent]
+
+    @property
+    def present_joints(self) -> list[JointSensors]:
+        """Sensors of the joints that are there."""
+        return [sensors for sensors in self.joints if not sensors.absent]
+
+    @property
     def first_logger(self) -> str:
         """Serial number of the logger that the robot had first, hexadecimal: with its name, what the robot is."""
         return next(
@@ -237,7 +247,6 @@ def quantities(calibration: Calibration, before: datetime | None = None) -> tupl
     servo_times = {servo_map.joint: servo_map.recorded_at for servo_map in calibration.servo_maps}
     # One command for all joints where none has a zero that holds now.
     landed = calibration.last_landing
-    none_holds = all(_is_stale(joint.zero_recorded_at, landed) for joint in calibration.joints)
 
     def quantity(kind: str, name: str, measured_at: datetime | None, *arguments: str) -> Quantity:
         state: State = "valid"
@@ -247,7 +256,9 @@ def quantities(calibration: Calibration, before: datetime | None = None) -> tupl
             state = "stale"
         return Quantity(kind, name, measured_at, state, NextStep(f"calibrate {kind}", arguments))
 
-    gyros, joints = calibration.gyros, [sensors.joint for sensors in calibration.joints]
+    # What is not there is not missed.
+    gyros, joints = calibration.present_gyros, calibration.present_joints
+    none_holds = all(_is_stale(joint.zero_recorded_at, landed) for joint in joints)
     return (
         *(quantity("bias", f"bias of body {gyro.body}", gyro.bias_recorded_at) for gyro in gyros),
         *(
@@ -257,7 +268,7 @@ def quantities(calibration: Calibration, before: datetime | None = None) -> tupl
                 sensors.zero_recorded_at,
                 *(("--all",) if none_holds else ("--joint", str(sensors.joint))),
             )
-            for sensors in calibration.joints
+            for sensors in joints
         ),
         *(
             quantity(
@@ -281,7 +292,7 @@ def quantities(calibration: Calibration, before: datetime | None = None) -> tupl
         ),
         *(
             quantity("servo", f"servo of joint {joint}", servo_times.get(joint), "--joint", str(joint))
-            for joint in joints
+            for joint in (sensors.joint for sensors in joints)
         ),
     )
 

@@ -52,6 +52,7 @@ _BODY_UNITS = np.repeat([_DEG, _DEG, 1.0, 1.0], 3)
 """Of the rows and columns of a gyro's covariance."""
 _GYRO = {
     "body": whole("body", 1, IMU_COUNT),
+    "absent?": Item("absent", Table.flag),
     "bias": {
         "value": numbers("bias_rad_s", 3, si=_DEG),
         "std": numbers("bias_std", 3),
@@ -113,6 +114,7 @@ _WITHOUT_SKEW = {
 _STD_OF_GYRO = {"bias": BIAS, "mounting": MOUNTING, "scale": SCALE, "skew": SKEW}
 _JOINT = {
     "joint": whole("joint", 1, JOINT_COUNT),
+    "absent?": Item("absent", Table.flag),
     "direction": numbers("direction", 2),
     "zero": {
         "value": numbers("zero_rad", 2, si=_DEG),
@@ -237,6 +239,7 @@ def read_gyro(entry: Table) -> GyroCalibration:
     values["noise_rad_s"] = _noise(entry, values["noise_rad_s"], 3)
     values["temperature_c"] = np.nan if values["temperature_c"] is None else values["temperature_c"]
     values |= {name: values[name] or {} for name in ("axes", "scaled")}
+    values["absent"] = bool(values["absent"])
     # Where nothing is said the gyros were calibrated independently.
     by_shared, values["shared"] = values["shared"], np.zeros((PARAMETERS, SHARED))
     if by_shared is not None:
@@ -248,7 +251,7 @@ def gyro_table(gyro: GyroCalibration) -> dict[str, Any]:
     """Build the `[[gyro]]` table that `read_gyro` reads."""
     stds = {f"{name}_std": std for name, std in _stds_of_gyro(gyro.covariance).items()}
     shared = gyro.shared[MOUNTING.start :] if gyro.shared.any() else None
-    return written_values(_GYRO, _attributes(gyro) | stds | {"shared": shared})
+    return written_values(_GYRO, _attributes(gyro) | stds | {"shared": shared, "absent": gyro.absent or None})
 
 
 def read_joint(entry: Table) -> JointSensors:
@@ -262,12 +265,14 @@ def read_joint(entry: Table) -> JointSensors:
         key = f"{name}_covariance"
         values[key] = covariance(entry, f"{name}.covariance", values[key])
     check_std(entry, "zero.std", values.pop("zero_std"), _std(values["zero_covariance"], _DEG))
-    return JointSensors(**values | {"noise_rad": _noise(entry, values["noise_rad"], 2)})
+    values |= {"noise_rad": _noise(entry, values["noise_rad"], 2), "absent": bool(values["absent"])}
+    return JointSensors(**values)
 
 
 def joint_table(sensors: JointSensors) -> dict[str, Any]:
     """Build the `[[joint]]` table that `read_joint` reads."""
-    return written_values(_JOINT, _attributes(sensors) | {"zero_std": _std(sensors.zero_covariance, _DEG)})
+    derived = {"zero_std": _std(sensors.zero_covariance, _DEG), "absent": sensors.absent or None}
+    return written_values(_JOINT, _attributes(sensors) | derived)
 
 
 def read_servo(entry: Table) -> ServoMap:

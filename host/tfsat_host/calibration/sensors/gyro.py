@@ -52,6 +52,7 @@ class GyroCalibration:
         bias_recorded_at: None where none rested: it is by design.
         shared: (12, SHARED) what the truth is apart from these values where each of those numbers is one standard
             deviation off: `shared` times its transpose is part of the covariance, and between two gyros all of it.
+        absent: The body has no IMU, by the robot file: nothing is measured or missed.
     """
 
     body: int
@@ -66,6 +67,7 @@ class GyroCalibration:
     scaled: Mapping[str, datetime]
     bias_recorded_at: datetime | None
     shared: FloatArray = field(default_factory=lambda: np.zeros((PARAMETERS, SHARED)))
+    absent: bool = False
 
     @cached_property
     def response(self) -> FloatArray:
@@ -146,10 +148,10 @@ def by_response(rates: FloatArray) -> FloatArray:
     return out
 
 
-def by_design(body: int, nominal: FloatArray) -> GyroCalibration:
+def by_design(body: int, nominal: FloatArray, *, absent: bool = False) -> GyroCalibration:
     """Build a gyro's calibration by design, before anything is measured.
 
-    `nominal` (3, 3) is its mounting by design, from sensor to body axes.
+    `nominal` (3, 3) is its mounting by design, from sensor to body axes. `absent`: the body has none.
     """
     deviations = np.repeat([BIAS_STD_RAD_S, MOUNTING_STD_RAD, SCALE_STD, SKEW_STD], 3)
     return GyroCalibration(
@@ -164,4 +166,5 @@ def by_design(body: int, nominal: FloatArray) -> GyroCalibration:
         {},
         {},
         None,
+        absent=absent,
     )

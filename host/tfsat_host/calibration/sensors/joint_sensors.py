@@ -26,6 +26,7 @@ class JointSensors:
         bend_covariance: (8, 8) of both, rad^2.
         noise_rad: (2,) standard deviation of one sample about its mean; NaN where none rested.
         zero_recorded_at, bend_recorded_at: When each was recorded; None: not yet, the zero is by design.
+        absent: The robot has no such joint; it stands at 0.
     """
 
     joint: int
@@ -37,6 +38,12 @@ class JointSensors:
     noise_rad: FloatArray
     zero_recorded_at: datetime | None
     bend_recorded_at: datetime | None
+    absent: bool = False
+
+    @property
+    def has_zero(self) -> bool:
+        """Whether its zero points are known: measured, or of a joint that is not there."""
+        return self.zero_recorded_at is not None or self.absent
 
     def each(self, shown_rad: FloatArray) -> FloatArray:
         """(n, 2) joint angle by each sensor, of what both show (n, 2); within half a turn of zero."""
@@ -56,7 +63,7 @@ class JointSensors:
 
     def from_start(self, angles_rad: FloatArray) -> FloatArray:
         """(n, ...) angles as they are; without a measured zero, from where the recording begins."""
-        if self.zero_recorded_at is not None:
+        if self.has_zero:
             return angles_rad
         # Every step begins closed and at rest: the first fiftieth stands for angle zero.
         return np.asarray(angles_rad - angles_rad[: max(1, len(angles_rad) // 50)].mean(axis=0))
@@ -86,6 +93,9 @@ def harmonics(shown_rad: FloatArray) -> FloatArray:
     )
 
 
+_ABSENT_STD_RAD = np.deg2rad(0.05)
+
+
 def sensor_columns(model: RobotModel, joint: int) -> list[int]:
     """Return the log's columns of the two angle sensors of a joint (1 to 3)."""
     return [i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint - 1]
@@ -97,17 +107,19 @@ def sensors_by_design(model: RobotModel, joint: int) -> JointSensors:
     The zero points are those of the robot file, and may lie anywhere.
     """
     sensors = [model.angle_sensors[i] for i in sensor_columns(model, joint)]
+    absent = all(sensor.absent for sensor in sensors)
     return JointSensors(
         joint,
         np.array([float(sensor.direction) for sensor in sensors]),
         np.array([sensor.zero_offset_rad for sensor in sensors]),
-        # Uniform over a whole turn.
-        np.diag([np.pi**2 / 3.0] * 2),
+        # Uniform over a whole turn; of a joint that is not there, half a count.
+        np.diag([_ABSENT_STD_RAD**2 if absent else np.pi**2 / 3.0] * 2),
         np.zeros((2, 4)),
         np.diag(np.repeat([sensor.nonlinearity_rad**2 for sensor in sensors], 4)),
         np.full(2, np.nan),
         None,
         None,
+        absent,
     )
 
 

@@ -116,7 +116,7 @@ class Motion:
         """(3, 3) of that in body axes: the angles of joints between the body and the axis are not exact."""
         covariance = np.zeros((3, 3))
         for between in self._between(body):
-            has_zero = self.joints[between - 1].zero_recorded_at is not None
+            has_zero = self.joints[between - 1].has_zero
             std = _ANGLE_STD_RAD if has_zero else UNKNOWN_ZERO_STD_RAD
             # To first order, an error of a joint between turns the axis about that joint's own.
             tilt = np.cross(self._joint_axis(between, body), self.axis(body))

@@ -34,19 +34,19 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
 
     `turned` is a turn by hand: its axis and its angle in deg.
     """
-    from tfsat_host.calibration.session import Session, steps_of, with_rest
-    from tfsat_host.robot import load_robot
+    from tfsat_host.calibration.session import Session, fit_steps, steps_of, with_rest
+    from tfsat_host.robot.absent_parts import load_robot_of_boards
 
-    model = load_robot(args.robot)
+    model = load_robot_of_boards(args.robot)
     jogging, anew = getattr(args, "jog", False), getattr(args, "anew", False)
-    steps = steps_of(args.quantity, getattr(args, "joint", None), turned)
+    steps = fit_steps(steps_of(args.quantity, getattr(args, "joint", None), turned), model)
     with open_bench(args, model, out, jog=jogging) as bench:
         campaign = open_campaign(args, bench.origin, model, out)
         before = campaign.calibration
         if args.quantity == "misalignment" and anew:
             campaign.sensors_moved(datetime.now(UTC))
         if args.quantity in ("misalignment", "scale"):
-            steps = with_rest(steps, campaign)
+            steps = with_rest(steps, campaign, model)
             _note_without_zero(campaign, out)
 
         def read(step: Step, calibration: SensorKnowledge) -> Evidence:
@@ -64,11 +64,11 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
 
 def take_from_log(args: argparse.Namespace, out: Output) -> int:
     """Takes a rest or the strokes out of a recording, judges and keeps them as steps on the bench."""
-    from tfsat_host.robot import load_robot
+    from tfsat_host.robot.absent_parts import load_robot_of_boards
     from tfsat_host.run.certificate_check import origin_of_log
     from tfsat_host.sdlog.load import load
 
-    model = load_robot(args.robot)
+    model = load_robot_of_boards(args.robot)
     with out.progress(f"Reading {args.log}", total=1.0) as advance:
         log = load(args.log, progress=advance)
     origin = origin_of_log(log.header)
@@ -163,7 +163,7 @@ def open_campaign(
 def _note_without_zero(campaign: Campaign, out: Output) -> None:
     """Says before a motion that the angles of closed joints are only known by design."""
     joints = campaign.solution().joints
-    unknown = [str(sensors.joint) for sensors in joints if sensors.zero_recorded_at is None]
+    unknown = [str(sensors.joint) for sensors in joints if not sensors.has_zero]
     if not unknown or out.json_mode:
         return
     which = ("--all",) if len(unknown) == len(joints) else ("--joint", unknown[0])

@@ -22,7 +22,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         CalibrationError: there is no certificate, it is of another robot, or it was simulated.
     """
     from tfsat_host.calibration.replacements import LOGGER, PARTS
-    from tfsat_host.robot import load_robot
+    from tfsat_host.robot.absent_parts import load_robot_of_boards
 
     if args.part not in PARTS:
         raise UsageError(
@@ -30,7 +30,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             meaning="Nothing was changed.",
             next_step=f"Parts: {', '.join(PARTS)}.",
         )
-    model = load_robot(args.robot)
+    model = load_robot_of_boards(args.robot)
     with open_bench(args, model, out) as bench, commands_as_typed(args, out):
         campaign = open_campaign(args, bench.origin, model, out, replaced=args.part)
         before = campaign.calibration

@@ -34,7 +34,7 @@ from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.present.stored_settings import SERVO_SETTINGS, comparison, servo_words
 from tfsat_host.present.terminal import sentences, show_facts, show_table
 from tfsat_host.quantity import Column, Columns, Table, fields, record
-from tfsat_host.robot import load_robot
+from tfsat_host.robot.absent_parts import load_robot_of_boards, require_joint
 from tfsat_host.servo_settings import ServoSettings
 
 
@@ -90,7 +90,8 @@ _UPLOADED: Columns = (*_MEASURED, *fields("maneuver_fits=uploaded.maneuver_fits"
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Measures, keeps the evidence, shows the map, and puts the settings that follow from it on the board."""
-    model = load_robot(args.robot)
+    model = load_robot_of_boards(args.robot)
+    require_joint(model, args.joint)
     with commands_as_typed(args, out), open_bench(args, model, out, jog=True) as bench:
         campaign = open_campaign(args, bench.origin, model, out)
         before = bench.jog.settings().settings

@@ -16,7 +16,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import sentences, show, show_facts, show_rows
 from tfsat_host.quantity import record
-from tfsat_host.robot import load_robot
+from tfsat_host.robot.absent_parts import describe_absent, load_robot_of_boards
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -40,7 +40,10 @@ def show_certificate(
     # What is to be typed next is for the robot of the certificate: its word, not that of the options.
     of_certificate = argparse.Namespace(**{**vars(args), "emulated": calibration.subject.emulated})
     out.complete_command = partial(complete_command, args=of_certificate)
-    result = review(file, calibration, load_robot(args.robot), datetime.now(UTC))
+    robot = load_robot_of_boards(args.robot)
+    if absent := describe_absent(robot):
+        out.note(absent)
+    result = review(file, calibration, robot, datetime.now(UTC))
     out.result(record(REVIEW, result), lambda: _show(result, out, full=full))
 
 

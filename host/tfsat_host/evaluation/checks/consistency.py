@@ -245,7 +245,7 @@ class Consistency:
         """(2, n) angle of a joint by each of its sensors, of all (n, 6); NaN without a calibrated zero."""
         sensors = self.calibration.joints[joint]
         angles = sensors.each(shown_rad[:, self.sensors(joint)]).T
-        return angles if sensors.zero_recorded_at is not None else np.full_like(angles, np.nan)
+        return angles if sensors.has_zero else np.full_like(angles, np.nan)
 
     def rotation_by(self, joint: int, pair: FloatArray) -> FloatArray:
         """(n, 3, 3) from the axes of a joint's outer body to those of the inner one, by its sensors (2, n)."""

@@ -19,6 +19,7 @@ from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.strokes import ARRIVED_S, FlownStroke, at_rest, change_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import ignore_absent
 from tfsat_host.sdlog import DropLog
 
 MISSING_SHARE = 0.01
@@ -53,6 +54,7 @@ def _check_full_scale(log: DropLog, fall: BoolArray) -> Check:
 
 
 def _check_answers(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
+    log = ignore_absent(log, model, missed=False)
     # IMUs first, then angle sensors: the worst column tells which of them it is.
     valid = np.concatenate([log.imu_valid[fall], log.angle_valid[fall]], axis=1)
     missing = 100.0 * (1.0 - valid.mean(axis=0))

@@ -252,4 +252,4 @@ def _apart(
 
 
 def _zeros_calibrated(calibration: Calibration) -> bool:
-    return all(sensors.zero_recorded_at is not None for sensors in calibration.joints)
+    return all(sensors.has_zero for sensors in calibration.joints)

@@ -28,6 +28,7 @@ from scipy.linalg import expm
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody, across
 from tfsat_host.robot import ASSUMED, RobotModel, Uncertainty
+from tfsat_host.robot.absent_parts import bodies_of
 
 COM_BOUND_M = 0.010
 """Within it the paper searches (section Result, d = 10 mm)."""
@@ -200,6 +201,7 @@ def model_offsets(model: RobotModel) -> Offsets:
     sought = tuple(
         parameter._replace(bound=bound_mm)
         for body in COM_BODIES
+        if body in bodies_of(model)
         for parameter in _center(model, body - 1, bound_mm / 3.0**0.5)
     )
     return Offsets(
@@ -213,7 +215,7 @@ def _center(model: RobotModel, b: int, std_mm: float) -> Iterator[Parameter]:
 
 
 def _uncertain(model: RobotModel, stated: Uncertainty) -> Iterator[Parameter]:
-    for b, name in enumerate(model.body_names):
+    for b, name in enumerate(model.body_names[: len(bodies_of(model))]):
         # The sought centers have their own, wider priors.
         if stated.com_m and b + 1 not in COM_BODIES:
             yield from _center(model, b, 1e3 * stated.com_m)
@@ -222,7 +224,10 @@ def _uncertain(model: RobotModel, stated: Uncertainty) -> Iterator[Parameter]:
         if stated.inertia_relative:
             yield from _of_inertia(name, b, 100.0 * stated.inertia_relative)
     if stated.joint_point_m:
-        for j, (name, axis) in enumerate(zip(model.joint_names, model.joint_axis, strict=True)):
+        present = zip(model.joint_names, model.joint_axis, model.servos, strict=True)
+        for j, (name, axis, servo) in enumerate(present):
+            if servo.absent:
+                continue
             # Along the axis a hinge point means nothing: two directions each.
             for side in across(axis):
                 letter = "xyz"[int(np.argmax(np.abs(side)))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -199,14 +200,14 @@ def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, .
     return tuple(rates)
 
 
-def notes_of(motion: Motion) -> list[str]:
-    """Format the notes on missing and doubtful data of one drop."""
+def notes_of(motion: Motion, absent: Collection[int] = ()) -> list[str]:
+    """Format the notes on missing and doubtful data of one drop; `absent`: bodies (1 to 4) that have no IMU."""
     notes = []
     fall = motion.samples.fall
     answered = motion.samples.answered[fall]
     for body, bridged in enumerate((~answered).sum(axis=0), 1):
         # A few isolated misses are ordinary: no note.
-        if not single_misses(answered[:, body - 1]):
+        if body not in absent and not single_misses(answered[:, body - 1]):
             share = 100.0 * bridged / fall.sum()
             notes.append(
                 f"The gyro of body {body} lacks {bridged} of {int(fall.sum())} samples ({share:.0f} %): they are "

@@ -211,18 +211,18 @@ def calibration_table(evaluation: Evaluation) -> Table:
     """Build the table of the calibration used, with when each quantity was measured."""
     calibration, date_of = evaluation.calibration, _MeasuredDates(evaluation)
     rows = []
-    for gyro in calibration.gyros:
+    for gyro in calibration.present_gyros:
         name = f"bias of body {gyro.body}"
         std = np.rad2deg(np.sqrt(np.diag(gyro.covariance)[:3]))
         rows.append((name, vector(np.rad2deg(gyro.bias_rad_s), std), "deg/s", date_of(name)))
-    for gyro in calibration.gyros:
+    for gyro in calibration.present_gyros:
         name = f"misalignment of body {gyro.body}"
         rows.append((name, _misalignment_deg(gyro, evaluation), "deg", date_of(name)))
-    for gyro in calibration.gyros:
+    for gyro in calibration.present_gyros:
         values, std = np.array([gyro.scale_about(axis) for axis in range(3)]).T
         measured = date_of("scale factor", f"of body {gyro.body}")
         rows.append((f"scale factors of body {gyro.body}", vector(values, std), "1", measured))
-    for joint in calibration.joints:
+    for joint in calibration.present_joints:
         name = f"zero point of joint {joint.joint}"
         std = np.rad2deg(np.sqrt(np.diag(joint.zero_covariance)))
         zeros = vector(np.rad2deg(joint.zero_rad) % 360.0, std)

@@ -12,7 +12,7 @@ from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.identifiability import Coupling, couplings
 from tfsat_host.evaluation.com_fit.model_comparison import EXPECTED_DISTANCE
-from tfsat_host.evaluation.com_fit.offsets import COM_BODIES, Offsets
+from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.com_fit.prediction import AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.quantity import Column, Columns, Table, fields, number
@@ -170,7 +170,7 @@ def _of_fit(value: Callable[[ModelFit], Any]) -> Callable[[Evaluation], Any]:
 
 def _centers(values: FloatArray, fit: ModelFit) -> FloatArray:
     # The sought offsets come first: x, y, z of each corrected center of mass.
-    return values[: fit.offsets.sought].reshape(len(COM_BODIES), 3)
+    return values[: fit.offsets.sought].reshape(-1, 3)
 
 
 _CORRECTION: Columns = (

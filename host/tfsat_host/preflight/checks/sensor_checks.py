@@ -27,7 +27,8 @@ from tfsat_host.preflight.preflight_evidence import (
     sensors_of,
 )
 from tfsat_host.protocol.imus import IMU_PARTS
-from tfsat_host.protocol.limits import IMU_COUNT, START_POSE_TOLERANCE_CDEG
+from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
+from tfsat_host.robot.absent_parts import bodies_with_imu, describe_absent
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 MAX_BIAS_DEG_S = 20.0
@@ -45,7 +46,8 @@ def check_imus(evidence: Evidence) -> PreflightCheck:
     who = require(evidence.logger).later.who_am_i
     counts = sensors_of(evidence).live.counts
     wrong = []
-    for body in range(IMU_COUNT):
+    sensed = bodies_with_imu(evidence.robot)
+    for body in (number - 1 for number in sensed):
         name, valid = f"IMU of body {body + 1}", counts.imu_valid[:, body]
         # 0 is an IMU that does not answer at all, which its validity shows below.
         if who[body] and who[body] not in IMU_PARTS:
@@ -64,7 +66,8 @@ def check_imus(evidence: Evidence) -> PreflightCheck:
             " and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
             "switch the power off and on.",
         ),
-        f"IMUs: {IMU_COUNT} of {IMU_COUNT} valid in {len(counts.t_us)} samples.",
+        f"IMUs: {len(sensed)} of {len(sensed)} valid in {len(counts.t_us)} samples"
+        + (f". {absent}." if (absent := describe_absent(evidence.robot)) else "."),
         who_am_i=[f"{byte:02x}" for byte in who],
         samples=len(counts.t_us),
         valid_samples=counts.imu_valid.sum(axis=0).tolist(),

@@ -21,6 +21,7 @@ from tfsat_host.report.contents.attitude_charts import driven_samples
 from tfsat_host.report.contents.chart import numbers, pad_rows
 from tfsat_host.report.document_rounding import poses_to_keep, round_poses
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import bodies_of
 
 _CORNERS = 8
 _HALF_CUBE_M = 0.05
@@ -137,6 +138,8 @@ def boxes_of(model: RobotModel, body: int) -> list[list[list[float]]]:
     A robot file states boxes, whose corners are in `shape_m` eight by eight.
     """
     corners_m, com_m = model.shape_m[body], model.com_m[body]
+    if body + 1 not in bodies_of(model):
+        return []
     if not len(corners_m):
         return [[(com_m - _HALF_CUBE_M).tolist(), (com_m + _HALF_CUBE_M).tolist()]]
     count, remainder = divmod(len(corners_m), _CORNERS)

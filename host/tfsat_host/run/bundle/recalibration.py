@@ -16,7 +16,8 @@ from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
 from tfsat_host.errors import TfsatError
 from tfsat_host.json_values import jsonable
-from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import load_robot_of_boards
 from tfsat_host.run.bundle.json_comparison import (
     CERTIFICATE_TOLERANCE,
     ComparedPart,
@@ -42,7 +43,7 @@ def recalibrate(folder: Path, manifest: Manifest, at_release: str | None) -> lis
         if name not in manifest.files:
             continue
         try:
-            robot = load_robot(None if inputs.robot is None else folder / inputs.robot)
+            robot = load_robot_of_boards(None if inputs.robot is None else folder / inputs.robot)
             parts.append(_recalibrate(folder / name, robot, name))
         except TfsatError as error:
             parts.append(ComparedPart("calibration", None, error.what, lacking=True))

@@ -1,0 +1,84 @@
+"""Robots of fewer bodies or IMUs go through the whole day: what is absent is flagged, and all numbers hold."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.process import RunCli
+from tests.robot.fewer_parts import robot_text
+
+KINDS = {
+    "three-bodies": {"bodies": 3},
+    "without-imu-1": {"without_imu": [1]},
+    "without-imu-4": {"without_imu": [4]},
+    "two-imus": {"without_imu": [2, 4]},
+}
+MOVES_JOINT_3 = "schema = 1\nspeed_deg_s = 170.0\npause_s = 0.7\n[[strokes]]\njoint = 3\nangle_deg = 20.0\n"
+
+
+def write_robot(folder: Path, kind: str) -> None:
+    (folder / "small.toml").write_text(robot_text(**KINDS[kind]), encoding="utf-8")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_drop_is_rehearsed_and_all_numbers_hold(kind: str, tfsat_host: RunCli) -> None:
+    """Without an IMU the model's correction holds, too: noise of the angle sensors is no motion of the body."""
+    write_robot(tfsat_host.folder, kind)
+    result = tfsat_host.json("rehearse", "59", "70", "--robot", "small.toml", "--out", "run")
+    assert max(abs(row["deviations"]) for row in result["compared"]) < 3.5
+    evaluated = tfsat_host.json("evaluate", "run")
+    assert evaluated["verdict"]["level"] == "good"
+    (flag,) = (note for note in evaluated["notes"] if note.startswith("Absent by the robot file: "))
+    absent = {"three-bodies": "body 4, joint 3.", "without-imu-1": "IMU of body 1."}
+    assert flag.endswith(absent.get(kind, "IMU of body 4."))
+    names = {row["name"] for row in evaluated["offsets"]}
+    assert any(name.startswith("body 4") for name in names) == (kind != "three-bodies")
+
+
+def test_what_an_absent_part_would_do_is_refused(tfsat_host: RunCli) -> None:
+    write_robot(tfsat_host.folder, "three-bodies")
+    (tfsat_host.folder / "third.toml").write_text(MOVES_JOINT_3, encoding="utf-8")
+    refused = tfsat_host("rehearse", "--file", "third.toml", "--robot", "small.toml", expect=None)
+    assert "The maneuver moves joint 3; small.toml has 2." in refused.stderr
+    refused = tfsat_host("rehearse", "59", "70", "--robot", "small.toml", "--fault", "gyro-dead", expect=2)
+    assert "Faults are emulated on a robot that has all parts." in refused.stderr
+    for quantity in ("zero", "misalignment", "servo"):
+        command = ("calibrate", quantity, "--joint", "3", "--emulated", "--yes", "--robot", "small.toml")
+        assert "smaller robot has no joint 3" in tfsat_host(*command, expect=2).stderr
+    assert not (tfsat_host.folder / "run").exists()
+
+
+def test_it_is_calibrated_by_what_is_there(tfsat_host: RunCli) -> None:
+    """Without the IMU of body 1: joint 1 is known by bodies 2 and 3, and nothing of body 1's gyro is missed."""
+    write_robot(tfsat_host.folder, "without-imu-1")
+
+    def calibrate(*words: str) -> str:
+        return tfsat_host("calibrate", *words, "--emulated", "--yes", "--robot", "small.toml").stdout
+
+    assert "body 1" not in calibrate("bias")
+    calibrate("zero", "--all")
+    moved = calibrate("misalignment", "--joint", "1")
+    assert "body 2" in moved
+    assert "body 1" not in moved
+    shown = tfsat_host("calibrate", "show", "--emulated", "--robot", "small.toml", "--json")
+    assert "Absent by the robot file: IMU of body 1" in shown.stderr
+    rows = json.loads(shown.stdout)["quantities"]
+    assert not [row["quantity"] for row in rows if "body 1" in row["quantity"]]
+    assert [row["state"] for row in rows if row["quantity"].startswith("bias")] == ["valid"] * 3
+    assert [row["state"] for row in rows if row["quantity"].startswith("zero")] == ["valid"] * 3
+    # An IMU that is there and silent is missed all the same.
+    certificate = tfsat_host.folder / "calibration-emulated.toml"
+    assert certificate.read_text(encoding="utf-8").count("absent = true") == 1
+
+
+def test_its_turn_by_hand_needs_no_absent_part(tfsat_host: RunCli) -> None:
+    """The pins of joint 3's sensors read anything, and no IMU is on body 4."""
+    write_robot(tfsat_host.folder, "three-bodies")
+    robot = ("--emulated", "--yes", "--robot", "small.toml")
+    tfsat_host("calibrate", "zero", "--all", *robot)
+    turned = tfsat_host("calibrate", "scale", "--turn", "z", "360", *robot).stdout
+    assert "body 3" in turned
+    assert "body 4" not in turned

@@ -1,0 +1,95 @@
+"""A robot of fewer parts fits the boards: what is absent is filled in, moves nothing and says nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.evaluation import drops
+from tests.robot.fewer_parts import smaller_robot
+from tfsat_host.dynamics import Multibody, joint_momentum, locked_inertia
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.evaluation.com_fit.offsets import model_offsets
+from tfsat_host.robot import load_robot
+from tfsat_host.robot.absent_parts import (
+    bodies_of,
+    bodies_with_imu,
+    describe_absent,
+    fill_places,
+    ignore_absent,
+    require_joint,
+)
+
+
+def test_a_robot_that_has_all_parts_stays_as_it_is() -> None:
+    robot = load_robot()
+    assert fill_places(robot) is robot
+    assert describe_absent(robot) == ""
+    log = drops.fly_drop(1).log
+    assert ignore_absent(log, robot) is log
+
+
+@pytest.mark.parametrize("bodies", [2, 3])
+def test_absent_bodies_change_no_momentum(bodies: int, tmp_path: Path) -> None:
+    robot = smaller_robot(tmp_path, bodies=bodies)
+    filled = fill_places(robot)
+    assert (filled.n_bodies, filled.n_joints, len(filled.imus), len(filled.angle_sensors)) == (4, 3, 4, 6)
+    assert bodies_of(filled) == bodies_with_imu(filled) == tuple(range(1, bodies + 1))
+    angles = np.random.default_rng(1).uniform(0.0, 1.5, (20, 3)) * (np.arange(3) < bodies - 1)
+    few, all_places = Multibody.of(robot), Multibody.of(filled)
+    own = angles[:, : robot.n_joints]
+    inertia = locked_inertia(few, own)
+    assert locked_inertia(all_places, angles) == pytest.approx(inertia, abs=1e-9 * np.abs(inertia).max())
+    momentum = joint_momentum(few, own)
+    assert joint_momentum(all_places, angles)[..., : robot.n_joints] == pytest.approx(
+        momentum, abs=1e-9 * np.abs(momentum).max()
+    )
+
+
+def test_what_the_logger_reads_at_absent_places_does_not_matter(tmp_path: Path) -> None:
+    robot = fill_places(smaller_robot(tmp_path, bodies=3, without_imu=[1]))
+    log = drops.fly_drop(1).log
+    noise = np.random.default_rng(2)
+    other = replace(
+        log,
+        imu_counts=noise.integers(-999, 999, log.imu_counts.shape).astype(np.int16),
+        angle_counts=noise.integers(0, 999, log.angle_counts.shape).astype(np.uint16),
+    )
+    for name in ("imu_counts", "imu_valid", "clipped", "angle_counts", "angle_valid"):
+        first, second = (getattr(ignore_absent(some, robot), name) for some in (log, other))
+        absent = [4, 5] if name.startswith("angle") else [0, 3]
+        assert np.array_equal(first[:, absent], second[:, absent])
+        there = [column for column in range(first.shape[1]) if column not in absent]
+        assert np.array_equal(first[:, there], getattr(log, name)[:, there])
+    assert not ignore_absent(log, robot).imu_valid[:, [0, 3]].any()
+    assert ignore_absent(log, robot, missed=False).imu_valid[:, [0, 3]].all()
+
+
+def test_absent_parts_are_named(tmp_path: Path) -> None:
+    robot = fill_places(smaller_robot(tmp_path, bodies=3, without_imu=[1]))
+    assert describe_absent(robot) == "Absent by the robot file: body 4, joint 3, IMU of body 1"
+    require_joint(robot, 2)
+    with pytest.raises(UsageError, match="has no joint 3"):
+        require_joint(robot, 3)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"imus": ()}, "it has no IMU"),
+        ({"angle_sensors": load_robot().angle_sensors[:5]}, "it has a joint without two angle sensors"),
+        ({"imus": (load_robot().imus[0],) * 2}, "a body of it has several IMUs"),
+    ],
+)
+def test_what_the_boards_have_no_place_for_is_refused(change: dict[str, Any], reason: str) -> None:
+    with pytest.raises(TfsatError, match=reason):
+        fill_places(replace(load_robot(), **change))
+
+
+def test_no_number_of_an_absent_part_is_fitted(tmp_path: Path) -> None:
+    names = model_offsets(fill_places(smaller_robot(tmp_path, bodies=2))).names
+    assert {tuple(name.split()[:2]) for name in names} == {("body", "1"), ("body", "2"), ("joint", "1")}
