@@ -243,11 +243,40 @@ def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float
         angle = joint.mean_rad
         if np.isfinite(angle).sum() > SMOOTHED:
             # Bridge missing readings: the filter needs equidistant samples.
-            rates[:, j] = derivative(t_s, smooth_savitzky_golay(bridge_missing(t_s, angle)))
+            whole = bridge_missing(t_s, angle)
             stds[j] = sample_noise_rad(angle)
             # The slope between two samples m steps apart has the variance 2 (sigma / (m step))^2.
             variances[j] = 2.0 * (stds[j] * rate_hz / SMOOTHED) ** 2
+            slope = derivative(t_s, smooth_savitzky_golay(whole))
+            rates[:, j] = _straighten_rests(t_s, whole, slope, stds[j], rate_hz)
     return Slopes(rates, variances, stds)
+
+
+_REST = 4 * SMOOTHED + 1
+_MOVES_STDS = 6.0
+
+
+def _straighten_rests(
+    t_s: FloatArray, angle_rad: FloatArray, rate_rad_s: FloatArray, noise_rad: float, rate_hz: float
+) -> FloatArray:
+    """(n,) rates that are, wherever the joint rests for long, the slope of one straight line through that rest.
+
+    Noise in the rate of a joint at rest would be taken for what its mass does: a fit of the model makes the body beyond
+    it lighter, until the noise moves nothing.
+    """
+    if len(angle_rad) < _REST:
+        return rate_rad_s
+    # The slope of a line through m samples has the variance 12 sigma^2 / (m^3 step^2).
+    line_std = noise_rad * rate_hz * (12.0 / _REST**3) ** 0.5
+    lines = savgol_filter(angle_rad, _REST, 1, deriv=1, delta=1.0 / rate_hz)
+    moving = np.abs(lines) > _MOVES_STDS * line_std
+    # Padded with motion, so that a rest at either end has both its edges.
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], moving, [True]]).astype(np.int8)))
+    straightened = rate_rad_s.copy()
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - begin >= _REST:
+            straightened[begin:end] = np.polyfit(t_s[begin:end], angle_rad[begin:end], 1)[0]
+    return straightened
 
 
 def smooth_savitzky_golay(values: FloatArray) -> FloatArray:
