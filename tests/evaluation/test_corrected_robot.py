@@ -16,7 +16,7 @@ from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.model_comparison import EXPECTED_DISTANCE
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.evaluation import evaluate as evaluation_of
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.hidden import draw_hidden, hidden_drop

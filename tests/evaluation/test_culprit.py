@@ -19,7 +19,8 @@ from tests.evaluation.corrupted import (
     sensor_stuck,
 )
 from tests.evaluation.drops import MODEL, STDS, assert_angle_holds, few_of, turn_off
-from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.result.evaluation_tables import EVALUATION
 from tfsat_host.evaluation.result.model_result import worth_of
 from tfsat_host.evaluation.verdict import verdict_of

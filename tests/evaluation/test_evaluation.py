@@ -15,7 +15,8 @@ from tests.fixtures.emulated_drop import Drop
 from tfsat_host.calibration.apply import CalibratedSamples, apply_calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.evaluation.camera import LaserTracks
-from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import ExternalObservations, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.verdict import verdict_of

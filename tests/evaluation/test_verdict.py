@@ -14,7 +14,8 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.checks.check import Kind
 from tfsat_host.evaluation.com_fit.model_comparison import UNEXPLAINED
-from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity, Velocity
 from tfsat_host.evaluation.verdict import OFF_SHARE, refusal_verdict, verdict_of
 from tfsat_host.robot import load_robot

@@ -11,7 +11,8 @@ import numpy as np
 
 from tests.evaluation.run_folder import CERTIFICATE, made_drop, made_folder
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.report.contents.document_builder import ReportedDrop, document_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tfsat_host.dynamics.simulation import Simulation, fly
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 
 REFERENCE = schedule_maneuver(four_stroke(59.0, 70.0))

@@ -15,7 +15,7 @@ import numpy as np
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.com_fit.model_comparison import ModelComparison
-from tfsat_host.evaluation.evaluation import CERTIFICATE, Evaluation
+from tfsat_host.evaluation.evaluated_drop import CERTIFICATE, Evaluation
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.next_step import Advice, NextStep

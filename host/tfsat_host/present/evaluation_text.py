@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.result.evaluation_tables import reasons_of, tables_of
 from tfsat_host.evaluation.result.first_screen import change_sentence, prediction_table, stroke_summary
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.result.drop_result import JOINTS, joints
 from tfsat_host.evaluation.result.evaluation_tables import reasons_of
 from tfsat_host.evaluation.result.first_screen import PredictionRow, prediction_table, stroke_summary

@@ -10,7 +10,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.errors import TfsatError
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import SequencerState

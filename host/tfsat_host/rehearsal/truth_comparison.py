@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.quantity import Column, Columns
 from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.rehearsal.truth import Truth

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.plotting import load_matplotlib
 from tfsat_host.report.contents.chart import AXES, WORDS, Chart, Kind, Line
 from tfsat_host.report.contents.charts import charts_of

@@ -11,7 +11,7 @@ import numpy as np
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.evaluation.body_frames import WORLD, frame_name
 from tfsat_host.evaluation.com_fit.momentum_residual import inertial_momentum
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.report.contents.attitude_charts import euler_angles
 from tfsat_host.report.contents.charts import PER_KG_M2_S, averages_of, bodies_of
 from tfsat_host.report.contents.document_builder import ReportedDrop

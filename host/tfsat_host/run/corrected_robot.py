@@ -21,7 +21,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.model_comparison import ModelComparison
 from tfsat_host.evaluation.com_fit.offsets import Kind, Parameter
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.result.model_result import correction_sentences, worth_of
 from tfsat_host.robot import RobotFileError, RobotModel
 from tfsat_host.robot.loading import parse_robot

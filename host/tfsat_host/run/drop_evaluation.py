@@ -14,7 +14,8 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.camera import read_tracks, read_video_marks
-from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import ExternalObservations, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.result.evaluation_tables import EVALUATION
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of

@@ -20,7 +20,8 @@ from tests.evaluation.drops import MORNING
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.certificate.file import format_calibration
 from tfsat_host.cli.main import main
-from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import Schedule

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.fixtures.emulated_drop import Drop
 from tests.validation.calibration_proof.robots import Errors
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import quiet_samples
 from tfsat_host.evaluation.strokes import WINDOW, FlownStroke

@@ -15,7 +15,8 @@ from tests.validation.evaluation_proof.robots import Robot
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.model_comparison import ComparedModel
 from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
-from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.maneuver import Schedule, schedule_maneuver
 from tfsat_host.robot import RobotModel
 

@@ -22,7 +22,8 @@ from tests.validation.simulation_based_calibration.drops import (
     draw_together,
 )
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.result.model_result import worth_of
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.maneuver import Schedule

@@ -22,7 +22,8 @@ from tests.validation.evaluation_proof.robots import Robot
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
-from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.sdlog import DropLog
 
 RATE_RAD_S = np.deg2rad([-0.73, -0.48, -0.77])

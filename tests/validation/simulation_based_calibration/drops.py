@@ -15,7 +15,8 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import BENT_STD
 from tfsat_host.dynamics.multibody import Multibody, across
 from tfsat_host.evaluation.com_fit.offsets import Offsets, Parameter
-from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.evaluated_drop import Evaluation
+from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.maneuver import Maneuver, Schedule, Stroke, four_stroke, schedule_maneuver
 from tfsat_host.maneuver.maneuver import DEFAULT_PAUSE_S
 from tfsat_host.rehearsal.hidden import draw_hidden

@@ -8,7 +8,7 @@ import numpy as np
 
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.cross_validation import CombinedOffsets, LeftOut
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.result.model_result import OFFSETS, Offset, offset_rows, offsets, other_correction
 from tfsat_host.quantity import Column, Columns, Table, fields
 

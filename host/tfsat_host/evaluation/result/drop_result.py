@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.clock_fit import ClockFit
 from tfsat_host.evaluation.clocks import Clocks
-from tfsat_host.evaluation.evaluation import Evaluation, Turn
+from tfsat_host.evaluation.evaluated_drop import Evaluation, Turn
 from tfsat_host.evaluation.micro_gravity import MicroGravity
 from tfsat_host.evaluation.motion.joints import SensorDisagreement
 from tfsat_host.evaluation.motion.motion import InitialRate

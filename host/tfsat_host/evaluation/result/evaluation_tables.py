@@ -14,7 +14,7 @@ import numpy as np
 from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.calibration.sensors.gyro import MOUNTING, GyroCalibration
 from tfsat_host.evaluation.checks.check import Check
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.result.drop_result import (
     BODIES,
     FALL,

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.com_fit.model_comparison import BODY_1, ComparedModel
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.result.drop_result import STROKES
 from tfsat_host.evaluation.result.key_numbers import attitude_error
 from tfsat_host.evaluation.result.model_result import correction_sentences, offsets, withholding_factor

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.com_fit.model_comparison import BODY_1
 from tfsat_host.evaluation.com_fit.prediction import AttitudeError
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.reference_maneuver import fly_reference
 from tfsat_host.evaluation.result.model_result import distance_words, withholding_factor, worth_of
 from tfsat_host.quantity import Quantity, number

@@ -14,7 +14,7 @@ from tfsat_host.evaluation.com_fit.identifiability import Coupling, couplings
 from tfsat_host.evaluation.com_fit.model_comparison import EXPECTED_DISTANCE
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.com_fit.prediction import AttitudeError
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.quantity import Column, Columns, Table, fields, number
 
 NOT_CALLED_FOR = 0.05

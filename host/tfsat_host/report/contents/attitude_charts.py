@@ -11,7 +11,7 @@ from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.evaluation.com_fit.model_comparison import BODY_1, ComparedModel
 from tfsat_host.evaluation.com_fit.prediction import AttitudeError
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.spectra import compare_spectra
 from tfsat_host.report.contents.chart import (
     AXES,

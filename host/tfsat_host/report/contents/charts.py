@@ -11,7 +11,7 @@ from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.com_fit.model_comparison import BODY_1
 from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, MovingAverage, averaged_momentum
 from tfsat_host.evaluation.com_fit.momentum_residual import inertial_momentum, residual_rate
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
 from tfsat_host.quantity import plus_minus
 from tfsat_host.report.contents.attitude_charts import (

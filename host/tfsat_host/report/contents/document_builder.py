@@ -18,7 +18,7 @@ import numpy as np
 
 from tfsat_host import __version__, quantity
 from tfsat_host.calibration.certificate.certificate import quantities
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.result.evaluation_tables import (
     calibration_table,
     reasons_of,

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.protocol.limits import SWITCH_COUNT
 from tfsat_host.quantity import fields, number
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.evaluation.reference_maneuver import fly_reference
 from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.report.contents.attitude_charts import driven_samples

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tfsat_host.evaluation.evaluation import SENSED, Evaluation
+from tfsat_host.evaluation.evaluated_drop import SENSED, Evaluation
 from tfsat_host.report.contents.chart import WORDS, Chart, Kind
 
 _MEASURED = {
