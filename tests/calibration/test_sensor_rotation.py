@@ -15,7 +15,8 @@ from tests.calibration.synthetic_gyro import (
     swings,
 )
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.misalignment import Misalignment, describe_misalignment, solve_misalignment
+from tfsat_host.calibration.misalignment import Misalignment, solve_misalignment
+from tfsat_host.calibration.mounting_checks import describe_misalignment
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.sensors.gyro import SCALE_STD
 from tfsat_host.calibration.statistics import mean_and_covariance, student_t_factor

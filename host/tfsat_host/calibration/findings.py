@@ -12,7 +12,7 @@ import numpy as np
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration, Recording
-from tfsat_host.calibration.misalignment import angle_between
+from tfsat_host.calibration.mounting_checks import angle_between
 from tfsat_host.calibration.response import across
 from tfsat_host.calibration.sensors.gyro import MOUNTING, GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors

@@ -10,12 +10,8 @@ from typing import Protocol
 import numpy as np
 
 from tfsat_host.calibration.baseline import Baseline
-from tfsat_host.calibration.misalignment import (
-    check_misalignment,
-    check_sense,
-    check_turn_axis,
-    with_misalignment,
-)
+from tfsat_host.calibration.misalignment import with_misalignment
+from tfsat_host.calibration.mounting_checks import check_misalignment, check_sense, check_turn_axis
 from tfsat_host.calibration.replacements import NEVER_REPLACED, Specimens
 from tfsat_host.calibration.response import (
     Response,

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from tfsat_host.calibration.certificate.calibration_campaign import with_measured
 from tfsat_host.calibration.certificate.certificate import Calibration, Recording
+from tfsat_host.calibration.certificate.simulated_quantities import with_measured
 from tfsat_host.calibration.steps.evidence import Evidence as Rest
 from tfsat_host.calibration.steps.evidence import LiveSource, file_name, read_step, sha256, to_bytes, until_s
 from tfsat_host.calibration.steps.step import DURATION_S, StepKind, rest

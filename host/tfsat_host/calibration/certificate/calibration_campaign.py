@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.calibration.acceptance import check_step
-from tfsat_host.calibration.baseline import Baseline
 from tfsat_host.calibration.calibration_errors import CalibrationError, NotKeptError
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
@@ -21,10 +20,14 @@ from tfsat_host.calibration.certificate.certificate import (
 )
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder, write_certificate
+from tfsat_host.calibration.certificate.simulated_quantities import (
+    BESIDE_SIMULATED,
+    measured_by,
+    with_measured,
+)
 from tfsat_host.calibration.replacements import NEVER_REPLACED, Replacement, Specimens
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
-from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.file_lock import LockError, one_at_a_time
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
@@ -265,7 +268,7 @@ class Campaign:
             logger_image=_image_in(used[-1]) if used else None,
         )
         simulated = () if before is None else before.simulated_quantities
-        if before is None or not simulated or not {entry.step.kind for entry in used} <= _BESIDE_SIMULATED:
+        if before is None or not simulated or not {entry.step.kind for entry in used} <= BESIDE_SIMULATED:
             return made
         # No recording tells what a rehearsal simulated: it stays where nothing was measured.
         kept = with_measured(before, used, self._model)
@@ -378,32 +381,3 @@ def _of_another(certificate: Path, there: Subject, here: Subject) -> Calibration
             ". Else name another file with --out, or add --force to begin it again.",
         ),
     )
-
-
-_TELLS = {StepKind.REST: "bias", StepKind.ZERO: "zero"}
-"""What takes the place of what was drawn; motions are not rehearsed."""
-_BESIDE_SIMULATED = {*_TELLS, StepKind.STROKES}
-"""Recordings of other kinds begin a certificate of their own."""
-
-
-def with_measured(calibration: Calibration, evidence: Sequence[Evidence], model: RobotModel) -> Calibration:
-    """Replace drawn biases and zero points with those of rests and zeros, by the solver of `calibrate`.
-
-    Everything else stays as drawn.
-
-    Raises:
-        CalibrationError: something moved that should rest; says which body, and how.
-    """
-    # The solver of real campaigns: a rehearsal refuses what they would refuse.
-    measured = Baseline(evidence, model)
-    return replace(
-        calibration,
-        gyros=tuple(measured.gyros(calibration.gyros)),
-        joints=tuple(measured.joints(calibration.joints)),
-    )
-
-
-def measured_by(evidence: Sequence[Evidence]) -> tuple[str, ...]:
-    """Return the names in `QUANTITY_NAMES` that `with_measured` takes from these recordings."""
-    kinds = {entry.step.kind for entry in evidence}
-    return tuple(name for kind, name in _TELLS.items() if kind in kinds)

@@ -16,16 +16,15 @@ from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.zero import MAX_DISAGREEMENT_RAD
 from tfsat_host.dynamics import Multibody, poses
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight.preflight_check import PreflightCheck, judge, not_made
-from tfsat_host.preflight.preflight_evidence import (
-    Evidence,
+from tfsat_host.preflight.live_sensors import (
     Sensors,
     certificate_of_these,
     joint_angles,
     merge_sensor_angles,
-    require,
     sensors_of,
 )
+from tfsat_host.preflight.preflight_check import PreflightCheck, judge, not_made
+from tfsat_host.preflight.preflight_evidence import Evidence, require
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.robot.absent_parts import bodies_with_imu, describe_absent

@@ -8,8 +8,9 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.preflight.live_sensors import sensors_of
 from tfsat_host.preflight.preflight_check import PreflightCheck, go, judge, no_go, not_made
-from tfsat_host.preflight.preflight_evidence import Evidence, Missing, Pace, require, sensors_of
+from tfsat_host.preflight.preflight_evidence import Evidence, Missing, Pace, require
 from tfsat_host.units import US_PER_S
 
 EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)

@@ -8,10 +8,10 @@ from datetime import datetime
 from pathlib import Path
 
 from tfsat_host.calibration.calibration_errors import CalibrationError
-from tfsat_host.calibration.certificate.calibration_campaign import measured_by, with_measured
 from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calibration, in_words
 from tfsat_host.calibration.certificate.file import certificate_values, read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
+from tfsat_host.calibration.certificate.simulated_quantities import measured_by, with_measured
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
 from tfsat_host.errors import TfsatError
