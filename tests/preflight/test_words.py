@@ -18,6 +18,7 @@ from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.preflight_check import no_go
 from tfsat_host.present.output import Output
+from tfsat_host.robot import default_robot_path
 
 
 def arguments(**options: object) -> argparse.Namespace:
@@ -52,10 +53,28 @@ def test_commands_name_this_runs_files_and_devices(step: NextStep, expected_step
         [no_go("Wrong.", Advice("First ", step, ", then again."))],
         arguments(port="/dev/s", logger_port="/dev/l"),
         run / "maneuver.toml",
+        default_robot_path(),
         str(run / "calibration.toml"),
         emulated=False,
     )
     assert preflight_check.next_step == f"First {expected_step}, then again."
+
+
+def test_commands_name_another_robot_than_the_shipped_one() -> None:
+    steps = [NextStep("calibrate show"), NextStep("acceptance"), NextStep("disarm")]
+    (preflight_check,) = complete_steps(
+        [no_go("Wrong.", Advice(*(part for step in steps for part in (step, " "))))],
+        arguments(),
+        Path("maneuver.toml"),
+        Path("run/robot.toml"),
+        "",
+        emulated=False,
+    )
+    assert preflight_check.next_step.split("tfsat-host ")[1:] == [
+        "calibrate show --robot run/robot.toml ",
+        "acceptance --robot run/robot.toml ",
+        "disarm ",
+    ]
 
 
 def test_an_explicit_port_scans_no_others(monkeypatch: pytest.MonkeyPatch) -> None:

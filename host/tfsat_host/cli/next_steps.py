@@ -74,7 +74,12 @@ def _recording(args: Namespace) -> tuple[str, ...]:
 
 def _files(step: NextStep, args: Namespace) -> Iterator[tuple[str, ...]]:
     running = getattr(args, "command", "")
-    of_files = {"calibrate": ("out", "robot"), "acceptance": ("out", "robot"), "flash": ("hex",)}
+    of_files = {
+        "calibrate": ("out", "robot"),
+        "acceptance": ("out", "robot"),
+        "preflight": ("robot",),
+        "flash": ("hex",),
+    }
     names = of_files.get(running, ())
     for name in names if f"{step.command} ".startswith(f"{running} ") else ():
         if getattr(args, name, None) is not None:

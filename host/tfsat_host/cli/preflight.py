@@ -62,7 +62,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     evidence, leftovers = evidence_of(args, files, out)
     certificate = evidence.calibration_file
     emulated = evidence.runs_natively
-    checks = complete_steps(judge(evidence), args, files.maneuver, certificate, emulated=emulated)
+    checks = complete_steps(
+        judge(evidence), args, files.maneuver, files.robot.path, certificate, emulated=emulated
+    )
     result = PreflightResult(evidence, checks, files.hashes(certificate), leftovers)
     result, unsigned = write_result(files.folder, result)
     out.result(

@@ -25,6 +25,7 @@ from tfsat_host.preflight.board_queries import ask_boards
 from tfsat_host.preflight.logger_queries import WATCH_S, Trace
 from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence
 from tfsat_host.present.output import Output
+from tfsat_host.robot import default_robot_path
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER, command_options
 from tfsat_host.run.prepared_run import PreparedRun
 
@@ -110,6 +111,7 @@ def complete_steps(
     checks: Iterable[PreflightCheck],
     args: argparse.Namespace,
     maneuver: Path,
+    robot: Path,
     certificate: str,
     *,
     emulated: bool,
@@ -120,16 +122,21 @@ def complete_steps(
         checks: The judged checks.
         args: The command's arguments.
         maneuver: The run's maneuver file.
+        robot: Its robot's file.
         certificate: The run's certificate; empty: there is none.
         emulated: Whether the robot is an emulated one.
     """
     file = Path(certificate or (EMULATED_CERTIFICATE if emulated else CERTIFICATE))
     of_certificate = command_options(file, emulated=args.emulated)
+    # What a smaller robot lacks is missed by commands that take it for the shipped one.
+    of_robot = () if robot == default_robot_path() else ("--robot", str(robot))
 
     def complete(step: NextStep) -> NextStep:
         arguments = tuple(str(maneuver) if word == MANEUVER else word for word in step.arguments)
         if step.command.startswith("calibrate "):
-            arguments += of_certificate
+            arguments += (*of_certificate, *of_robot)
+        if step.command == "acceptance":
+            arguments += of_robot
         return complete_command(NextStep(step.command, arguments), args)
 
     return tuple(
