@@ -60,19 +60,21 @@ def test_commands_name_this_runs_files_and_devices(step: NextStep, expected_step
     assert preflight_check.next_step == f"First {expected_step}, then again."
 
 
-def test_commands_name_another_robot_than_the_shipped_one() -> None:
+def test_commands_name_another_robot_than_the_shipped_one(tmp_path: Path) -> None:
+    robot = tmp_path / "robot.toml"
+    robot.write_text("another", encoding="utf-8")
     steps = [NextStep("calibrate show"), NextStep("acceptance"), NextStep("disarm")]
     (preflight_check,) = complete_steps(
         [no_go("Wrong.", Advice(*(part for step in steps for part in (step, " "))))],
         arguments(),
         Path("maneuver.toml"),
-        Path("run/robot.toml"),
+        robot,
         "",
         emulated=False,
     )
     assert preflight_check.next_step.split("tfsat-host ")[1:] == [
-        "calibrate show --robot run/robot.toml ",
-        "acceptance --robot run/robot.toml ",
+        f"calibrate show --robot {robot} ",
+        f"acceptance --robot {robot} ",
         "disarm ",
     ]
 

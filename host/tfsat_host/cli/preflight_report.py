@@ -19,6 +19,7 @@ from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.serial_ports import BoardName, PortError, PortProblem, port_variable
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import Interrupted, TfsatError
+from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight import PreflightCheck
 from tfsat_host.preflight.board_queries import ask_boards
@@ -129,7 +130,8 @@ def complete_steps(
     file = Path(certificate or (EMULATED_CERTIFICATE if emulated else CERTIFICATE))
     of_certificate = command_options(file, emulated=args.emulated)
     # What a smaller robot lacks is missed by commands that take it for the shipped one.
-    of_robot = () if robot == default_robot_path() else ("--robot", str(robot))
+    shipped = sha256_of(robot) == sha256_of(default_robot_path())
+    of_robot = () if shipped else ("--robot", str(robot))
 
     def complete(step: NextStep) -> NextStep:
         arguments = tuple(str(maneuver) if word == MANEUVER else word for word in step.arguments)
