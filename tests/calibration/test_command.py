@@ -101,7 +101,7 @@ def test_what_a_person_is_told_where_there_is_no_terminal(tfsat_host: RunCli) ->
     process = tfsat_host("calibrate", "scale", "--joint", 3, "--emulated")
     for words in (
         "Lay the robot on the bench",  # no bias was taken within the last quarter of an hour
-        "Accepted: biases of bodies 1 to 4",
+        "Accepted: biases of bodies 1, 2, 3 and 4",
         "Hold bodies 1, 2 and 3 on the bench.",
         "joint 3 at +",
         "all 13 rests are there",

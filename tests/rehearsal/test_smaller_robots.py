@@ -34,8 +34,40 @@ def test_a_drop_is_rehearsed_and_all_numbers_hold(kind: str, tfsat_host: RunCli)
     (flag,) = (note for note in evaluated["notes"] if note.startswith("Absent by the robot file: "))
     absent = {"three-bodies": "body 4, joint 3.", "without-imu-1": "IMU of body 1."}
     assert flag.endswith(absent.get(kind, "IMU of body 4."))
+    bodies, joints = (4, 3) if kind != "three-bodies" else (3, 2)
+    assert [row["body"] for row in evaluated["bodies"]] == list(range(1, bodies + 1))
+    assert [row["joint"] for row in evaluated["joints"]] == list(range(1, joints + 1))
+    assert {row["joint"] for row in evaluated["standing"]} == set(range(1, joints + 1))
+    assert not [
+        note for note in evaluated["notes"] if "too few to judge" in note or "gave too little" in note
+    ]
+    # Every check is of sensors that are there.
+    between = {"three-bodies": "bodies 3 and 4", "without-imu-1": "bodies 1 and 2"}.get(
+        kind, "bodies 3 and 4"
+    )
+    assert not [row["name"] for row in evaluated["checks"] if between in row["name"]]
     names = {row["name"] for row in evaluated["offsets"]}
     assert any(name.startswith("body 4") for name in names) == (kind != "three-bodies")
+
+
+def test_parts_that_were_taken_off_are_not_used(tfsat_host: RunCli) -> None:
+    """A drop of the whole robot, evaluated without one of its IMUs; and the certificate of the whole one."""
+    write_robot(tfsat_host.folder, "without-imu-4")
+    tfsat_host("rehearse", "59", "70", "--out", "run")
+    fewer = tfsat_host.json("evaluate", "run", "--robot", "small.toml")
+    assert fewer["verdict"]["level"] == "good"
+    whole = tfsat_host.json("evaluate", "run")
+    assert fewer["reorientation_deg"] == pytest.approx(
+        whole["reorientation_deg"], abs=3.0 * fewer["reorientation_deg_std"]
+    )
+    assert fewer["reorientation_deg_std"] > whole["reorientation_deg_std"]
+    certificate = "run/calibration-emulated.toml"
+    for robot, count in (("small.toml", 18), ("drop_tower", 24)):
+        command = ("calibrate", "show", "--emulated", "--out", certificate, "--robot", robot)
+        rows = tfsat_host.json(*command)["quantities"]
+        assert sum("body" in row["quantity"] for row in rows) == count
+    command = ("calibrate", "replaced", "imu-4", "--emulated", "--out", certificate, "--robot", "small.toml")
+    assert "smaller robot has no imu-4." in tfsat_host(*command, expect=2).stderr
 
 
 def test_what_an_absent_part_would_do_is_refused(tfsat_host: RunCli) -> None:

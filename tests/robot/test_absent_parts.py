@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.calibration.some_calibration import whole_calibration
 from tests.evaluation import drops
 from tests.robot.fewer_parts import smaller_robot
+from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.dynamics import Multibody, joint_momentum, locked_inertia
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.com_fit.offsets import model_offsets
@@ -69,6 +71,27 @@ def test_what_the_logger_reads_at_absent_places_does_not_matter(tmp_path: Path) 
     assert ignore_absent(log, robot, missed=False).imu_valid[:, [0, 3]].all()
 
 
+def test_an_imu_has_the_place_of_its_body() -> None:
+    robot = load_robot()
+    mixed = fill_places(replace(robot, imus=tuple(robot.imus[k] for k in (2, 0, 3, 1))))
+    assert [imu.body for imu in mixed.imus] == [0, 1, 2, 3]
+    assert [(imu.bus, imu.address) for imu in mixed.imus] == [(imu.bus, imu.address) for imu in robot.imus]
+
+
+def test_a_certificate_counts_for_what_the_robot_file_has(tmp_path: Path) -> None:
+    """Parts were taken off, or put on, since it was measured."""
+    small, whole = fill_places(smaller_robot(tmp_path, bodies=3, without_imu=[1])), load_robot()
+    measured = whole_calibration()
+    taken_off = measured.of_robot(small)
+    assert [gyro.body for gyro in taken_off.present_gyros] == [2, 3]
+    assert [sensors.joint for sensors in taken_off.present_joints] == [1, 2]
+    assert {row.name for row in quantities(taken_off)} <= {row.name for row in quantities(measured)}
+    assert not [row.name for row in quantities(taken_off) if "body 1" in row.name or "joint 3" in row.name]
+    put_on = {row.name for row in taken_off.of_robot(whole).shortcomings() if row.state == "missing"}
+    assert {"bias of body 1", "bias of body 4", "zero point of joint 3"} <= put_on
+    assert not {"bias of body 2", "zero point of joint 1"} & put_on
+
+
 def test_absent_parts_are_named(tmp_path: Path) -> None:
     robot = fill_places(smaller_robot(tmp_path, bodies=3, without_imu=[1]))
     assert describe_absent(robot) == "Absent by the robot file: body 4, joint 3, IMU of body 1"
@@ -80,8 +103,12 @@ def test_absent_parts_are_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"imus": ()}, "it has no IMU"),
-        ({"angle_sensors": load_robot().angle_sensors[:5]}, "it has a joint without two angle sensors"),
+        ({"imus": load_robot().imus[:1]}, "it has fewer than two IMUs"),
+        (
+            {"angle_sensors": tuple(load_robot().angle_sensors[k] for k in (0, 2, 1, 3, 4, 5))},
+            "in the order of",
+        ),
+        ({"angle_sensors": load_robot().angle_sensors[:5]}, "it has not two angle sensors for each joint"),
         ({"imus": (load_robot().imus[0],) * 2}, "a body of it has several IMUs"),
     ],
 )

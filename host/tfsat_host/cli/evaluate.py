@@ -109,6 +109,7 @@ def _run_several(args: argparse.Namespace, out: Output) -> int:
 
 def _show(run: EvaluatedRun, args: argparse.Namespace, out: Output) -> None:
     from tfsat_host.present.evaluation_text import show_evaluation
+    from tfsat_host.robot.absent_parts import list_absent
 
     calibration = "none"
     when = "at an unknown time of day" if run.recorded is None else f"{run.recorded:%Y-%m-%d %H:%M:%S} UTC"
@@ -118,7 +119,12 @@ def _show(run: EvaluatedRun, args: argparse.Namespace, out: Output) -> None:
     maneuver = "unknown" if run.files.maneuver is None else str(run.files.maneuver)
     typed = [word for option in options_of(args).as_arguments() for word in option.split(" ", 1)]
     more = None if args.full else NextStep("evaluate", (str(run.place), *typed, "--full"))
-    sources = (("Calibration", calibration), ("Maneuver", maneuver))
+    absent = list_absent(run.found.model)
+    sources = (
+        ("Calibration", calibration),
+        ("Maneuver", maneuver),
+        *((("Absent", ", ".join(absent)),) if absent else ()),
+    )
     show_evaluation(run.found, run.verdict, recording, sources, run.remarks, out, more=more)
 
 

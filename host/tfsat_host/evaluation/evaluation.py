@@ -47,7 +47,7 @@ from tfsat_host.evaluation.strokes import strokes_flown
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import ASSUMED, RobotModel
-from tfsat_host.robot.absent_parts import ignore_absent
+from tfsat_host.robot.absent_parts import bodies_of, ignore_absent
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.droplog import rows_of
 
@@ -84,7 +84,8 @@ def evaluate(
         EvaluationError: no release, a hole in all gyros, a bias that cannot be had, or no motion that explains the
             readings.
     """
-    log = ignore_absent(log, model)
+    # What the robot file does not have is not used, whatever its pins read or a certificate says of it.
+    log, calibration = ignore_absent(log, model), calibration and calibration.of_robot(model)
     near = _near_fall(log)
     rest = rest_before_release(near)
     fallback = with_fallbacks(calibration, near, model, rest, recorded)
@@ -259,7 +260,7 @@ class _Drop:
             turns=tuple(Turn.of(body) for body in motion.bodies),
             initial_rates=initial_rates(motion, first_stroke_s),
             strokes=strokes,
-            standing=standing_joints(motion, strokes) if strokes else (),
+            standing=standing_joints(motion, strokes, bodies_of(model)[:-1]) if strokes else (),
             explained=explained,
             identifiability=identifiability(explained.fit),
             checks=(

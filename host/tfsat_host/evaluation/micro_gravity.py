@@ -10,7 +10,7 @@ Off the center of mass a turning body feels f = α × r + ω × (ω × r); that 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -142,7 +142,10 @@ def quiet_windows(
 
 
 def micro_gravity(
-    samples: CalibratedSamples, t_s: FloatArray, windows: Sequence[QuietWindow]
+    samples: CalibratedSamples,
+    t_s: FloatArray,
+    windows: Sequence[QuietWindow],
+    sensed: Collection[int] = (1, 2, 3, 4),
 ) -> MicroGravity:
     """Forces in the quiet windows, and gravity before the release.
 
@@ -150,11 +153,12 @@ def micro_gravity(
         samples: n samples in body axes.
         t_s: (n,) their times after the release, as `DropLog.t_s`.
         windows: By time, one at least.
+        sensed: Bodies (1 to 4) that have an IMU.
     """
     rest = (t_s >= AT_REST_S[0]) & (t_s < AT_REST_S[1])
     at_rest = [AtRest.of(samples, rest, index) for index in range(samples.clipped.shape[1])]
     notes: list[str] = []
-    qualities = tuple(_quality(samples, t_s, window, at_rest, notes) for window in windows)
+    qualities = tuple(_quality(samples, t_s, window, at_rest, notes, sensed) for window in windows)
     # The zero-g output dominates each mean but is the same in all windows: differences cancel it.
     changes, changes_std = _changes(qualities, len(at_rest))
     gravity = tuple(
@@ -163,7 +167,7 @@ def micro_gravity(
     notes += [
         f"Body {body}'s accelerometer gave too little before the release: gravity there is unchecked."
         for body, before in enumerate(at_rest, 1)
-        if before is None
+        if before is None and body in sensed
     ]
     return MicroGravity(qualities, changes, changes_std, gravity, _findings(qualities, gravity), tuple(notes))
 
@@ -174,10 +178,13 @@ def _quality(
     window: QuietWindow,
     at_rest: Sequence[AtRest | None],
     notes: list[str],
+    sensed: Collection[int],
 ) -> WindowQuality:
     rows = (t_s >= window.from_s) & (t_s < window.until_s)
     bodies = []
     for index, before in enumerate(at_rest):
+        if index + 1 not in sensed:
+            continue
         force, std = forces_g(samples, rows, index)
         if len(force) < MIN_SAMPLES:
             notes.append(f"Body {index + 1} has {len(force)} valid forces {window.name}: too few to judge.")

@@ -27,6 +27,7 @@ from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import bodies_with_imu
 from tfsat_host.sdlog import DropLog
 
 LEFT_TO_SETTLE_S = 0.3
@@ -94,7 +95,7 @@ def measure_micro_gravity(
         sensor_arms_m(model, at_release),
         sensor_arms_m(model, motion.angles_rad[-1]),
     )
-    return micro_gravity(samples, log.t_s, windows)
+    return micro_gravity(samples, log.t_s, windows, bodies_with_imu(model))
 
 
 def find_release_velocity(

@@ -65,15 +65,18 @@ class JointRest:
         return ""
 
 
-def standing_joints(motion: Motion, strokes: Sequence[FlownStroke]) -> tuple[JointRest, ...]:
-    """Measure every joint wherever it should stand long enough to tell, ordered by joint and time.
+def standing_joints(
+    motion: Motion, strokes: Sequence[FlownStroke], joints: Sequence[int] = (1, 2, 3)
+) -> tuple[JointRest, ...]:
+    """Measure some joints wherever it should stand long enough to tell, ordered by joint and time.
 
     Args:
         motion: Of one drop.
         strokes: Of the same drop, by time.
+        joints: Which.
     """
     rests = []
-    for joint in range(1, len(motion.joints) + 1):
+    for joint in joints:
         from_s = 0.0
         for stroke in (s for s in strokes if s.joint == joint):
             begin_s = stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s

@@ -171,8 +171,9 @@ def _check_described(robot: RobotModel, schedule: Schedule) -> None:
     if last >= len(bodies_of(robot)):
         raise EnvelopeError(
             what=f"The maneuver moves joint {last}; {robot.path} has {len(bodies_of(robot)) - 1}.",
-            meaning=_UNKNOWN_REACH,
-            next_step="Name the robot that the maneuver is for: --robot FILE.",
+            meaning="Nothing of this robot would move there, and its reach is unknown.",
+            next_step="Name the robot that the maneuver is for (--robot FILE), or a maneuver of its own joints "
+            "(--file FILE).",
         )
 
 

@@ -24,6 +24,7 @@ from tfsat_host.rehearsal.judgement import DETECTORS, STILL_DEG, JudgedFault, ou
 from tfsat_host.rehearsal.result import MissingRelease, RehearsalResult, SwitchRecord, UncalibratedMotion
 from tfsat_host.rehearsal.run_folder import SUMMARY
 from tfsat_host.rehearsal.truth_comparison import COMPARED, EstimateAndTruth
+from tfsat_host.robot.absent_parts import list_absent
 from tfsat_host.run.drop_report import PAGE
 from tfsat_host.run.files import PREFLIGHT, RECORDING
 
@@ -267,7 +268,8 @@ _MISSING_RELEASE: Columns = (
 
 def _robot_text(result: RehearsalResult) -> str:
     imu = f"IMUs {result.truth.imu}" if result.truth.imu else "exactly as its file says"
-    return f"seed {result.truth.seed} of {printable(result.filed.path.name)}, {imu}"
+    absent = f", without {', '.join(parts)}" if (parts := list_absent(result.filed)) else ""
+    return f"seed {result.truth.seed} of {printable(result.filed.path.name)}, {imu}{absent}"
 
 
 def _preflight_text(result: RehearsalResult) -> str:

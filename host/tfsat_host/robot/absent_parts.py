@@ -45,13 +45,13 @@ def fill_places(robot: RobotModel) -> RobotModel:
     Raises:
         TfsatError: it has more of something, or a part for which the boards have no place.
     """
-    pairs = sorted(_PER_JOINT * list(range(robot.n_joints)))
+    pairs = [joint for joint in range(robot.n_joints) for _ in range(_PER_JOINT)]
     problems = {
         f"it has {robot.n_bodies} bodies": not 2 <= robot.n_bodies <= IMU_COUNT,
-        "it has no IMU": not robot.imus,
+        "it has fewer than two IMUs, and nothing would check the one": len(robot.imus) < 2,
         "a body of it has several IMUs": len({imu.body for imu in robot.imus}) < len(robot.imus),
-        "it has a joint without two angle sensors": pairs
-        != sorted(sensor.joint for sensor in robot.angle_sensors),
+        "it has not two angle sensors for each joint, in the order of the joints": pairs
+        != [sensor.joint for sensor in robot.angle_sensors],
     }
     problem = next((text for text, is_so in problems.items() if is_so), "")
     if problem:
@@ -65,7 +65,7 @@ def fill_places(robot: RobotModel) -> RobotModel:
             ),
         )
     bodies, joints = range(robot.n_bodies, IMU_COUNT), range(robot.n_joints, JOINT_COUNT)
-    if not bodies and len(robot.imus) == IMU_COUNT:
+    if [imu.body for imu in robot.imus] == list(range(IMU_COUNT)):
         return robot
     last, count = robot.n_bodies - 1, len(bodies)
     by_body = {imu.body: imu for imu in robot.imus}
@@ -135,12 +135,16 @@ def bodies_with_imu(robot: RobotModel) -> tuple[int, ...]:
 
 def describe_absent(robot: RobotModel) -> str:
     """Name the absent parts, a sentence without its stop; empty if all are there."""
+    return f"Absent by the robot file: {', '.join(parts)}" if (parts := list_absent(robot)) else ""
+
+
+def list_absent(robot: RobotModel) -> list[str]:
+    """Name the absent parts."""
     there = bodies_of(robot)
     names = [name for body, name in enumerate(robot.body_names, 1) if body not in there]
     names += [name for name, servo in zip(robot.joint_names, robot.servos, strict=True) if servo.absent]
     imus = [robot.body_names[imu.body] for imu in robot.imus if imu.absent and imu.body + 1 in there]
-    parts = [name.removesuffix(_ABSENT) for name in names] + [f"IMU of {name}" for name in imus]
-    return f"Absent by the robot file: {', '.join(parts)}" if parts else ""
+    return [name.removesuffix(_ABSENT) for name in names] + [f"IMU of {name}" for name in imus]
 
 
 def require_joint(robot: RobotModel, joint: int) -> None:

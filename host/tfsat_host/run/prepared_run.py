@@ -125,7 +125,7 @@ class PreparedRun:
                 "",
             )
         try:
-            return read_calibration(file), str(file)
+            return read_calibration(file).of_robot(self.robot), str(file)
         except TfsatError as error:
             return Missing(f"{error.what} {error.meaning}", error.next_step), str(file)
 

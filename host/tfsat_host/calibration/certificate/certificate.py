@@ -10,13 +10,14 @@ from typing import Literal
 from tfsat_host import __version__
 from tfsat_host.arrays import describe_fields
 from tfsat_host.calibration.replacements import IMUS, LOGGER, Replacement, Specimens
-from tfsat_host.calibration.sensors.gyro import GyroCalibration
-from tfsat_host.calibration.sensors.joint_sensors import JointSensors
+from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensors_by_design
 from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.next_step import NextStep
 from tfsat_host.protocol.limits import PROTOCOL_HASH
+from tfsat_host.robot import RobotModel
 
 AXES_OF_BODIES = {1: "xy", 2: "xy", 3: "xy", 4: "xy"}
 """Two orthogonal axes on every body (paper, tab. misal)."""
@@ -138,6 +139,29 @@ class Calibration:
     replacements: tuple[Replacement, ...] = ()
 
     __repr__ = describe_fields
+
+    def of_robot(self, model: RobotModel) -> Calibration:
+        """Return the calibration of what a robot file has.
+
+        An absent part is absent, whatever was measured of it before; a part that is there, and was absent when this
+        was measured, was never measured.
+        """
+        places = zip(self.gyros, model.imus, strict=True)
+        return replace(
+            self,
+            gyros=tuple(
+                gyro
+                if gyro.absent == imu.absent
+                else by_design(gyro.body, imu.sensor_to_body, absent=imu.absent)
+                for gyro, imu in places
+            ),
+            joints=tuple(
+                sensors
+                if sensors.absent == model.servos[sensors.joint - 1].absent
+                else sensors_by_design(model, sensors.joint)
+                for sensors in self.joints
+            ),
+        )
 
     @property
     def present_gyros(self) -> list[GyroCalibration]:

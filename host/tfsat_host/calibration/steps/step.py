@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, Literal
 
 Axis = Literal["x", "y", "z"]
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
+ALL_BODIES: Final = (1, 2, 3, 4)
 SWEEP_STOPS_DEG: Final = (0.0, 30.0, 60.0, 90.0, 60.0, 30.0, 0.0)
 """Where a sweep rests, twice over: few places far apart determine scale, several of them a sensor's bend."""
 SWEEP_ROUNDS: Final = 2
@@ -150,10 +151,10 @@ def title(step: Step) -> str:
             return f"Strokes of joint {step.joint}"
 
 
-def task(step: Step) -> tuple[str, ...]:
+def task(step: Step, robot_bodies: Sequence[int] = ALL_BODIES) -> tuple[str, ...]:
     """Return the instructions for a step that is done by hand, line by line.
 
-    They say what to hold and what to move.
+    They say what to hold and what to move of a robot that has these bodies.
     """
     lasts = f"{DURATION_S.get(step.kind, 0.0):g} s"
     match step.kind:
@@ -170,15 +171,16 @@ def task(step: Step) -> tuple[str, ...]:
             )
         case StepKind.SWING:
             return (
-                *_held_and_closed(step),
-                f"Swing {_name_moved(step)} about joint {step.joint}, about 60 deg out and back, two seconds a swing.",
+                *_held_and_closed(step, robot_bodies),
+                f"Swing {_name_moved(step, robot_bodies)} about joint {step.joint}, about 60 deg out and back, "
+                "two seconds a swing.",
                 f"Begin with the joint closed and at rest, then keep swinging for {lasts}.",
             )
         case StepKind.SWEEP:
             return (
-                *_held_and_closed(step),
-                f"Move {_name_moved(step)} about joint {step.joint} to 30, 60 and 90 deg and back to 60, 30 and 0, "
-                "twice; rest a second at each.",
+                *_held_and_closed(step, robot_bodies),
+                f"Move {_name_moved(step, robot_bodies)} about joint {step.joint} to 30, 60 and 90 deg and back to 60, "
+                "30 and 0, twice; rest a second at each.",
                 "Begin with the joint closed and at rest. The rests matter, a few degrees do not.",
             )
         case StepKind.TURN:
@@ -197,17 +199,20 @@ def task(step: Step) -> tuple[str, ...]:
             raise ValueError("a servo moves in this step, no hand")
 
 
-def _held_and_closed(step: Step) -> tuple[str, str]:
-    first, second = (joint for joint in (1, 2, 3) if joint != step.joint)
+def _held_and_closed(step: Step, robot_bodies: Sequence[int]) -> tuple[str, str]:
+    others = " and ".join(str(joint) for joint in robot_bodies[:-1] if joint != step.joint)
+    close = (
+        f"Close joint{'s' if ' ' in others else ''} {others}, the holding attachment on; t" if others else "T"
+    )
     return (
-        f"Close joints {first} and {second}, the holding attachment on; take it off joint {step.joint} and close that "
-        "by hand.",
+        f"{close}ake it off joint {step.joint} and close that by hand.",
         f"Hold {bodies(step.held)} on the bench.",
     )
 
 
-def _name_moved(step: Step) -> str:
+def _name_moved(step: Step, robot_bodies: Sequence[int]) -> str:
     """Name the moved bodies, with those that hang on them."""
     # Neither measured nor held: it hangs on a moved body.
-    along = [body for body in (1, 2, 3, 4) if body not in (*step.moved, *step.held)]
-    return bodies(step.moved) + (f" ({bodies(along)} moves along)" if along else "")
+    along = [body for body in robot_bodies if body not in (*step.moved, *step.held)]
+    verb = "moves" if len(along) == 1 else "move"
+    return bodies(step.moved) + (f" ({bodies(along)} {verb} along)" if along else "")

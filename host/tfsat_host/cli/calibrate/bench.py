@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from tfsat_host.calibration.steps.step import Step, StepKind, task, title, zero
+from tfsat_host.calibration.steps.step import ALL_BODIES, Step, StepKind, task, title, zero
 from tfsat_host.cli.boards import explain_wrong_state, offering_emulated, open_jog_client, open_logger
 from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import LoggerClient
@@ -63,9 +63,12 @@ class Bench:
 class PersonAtPrompt:
     """Tells a person what to do and waits for Enter; with `--yes` the reading starts after `LEAD_S`."""
 
-    def __init__(self, out: Output, *, jogging: bool = False) -> None:
+    def __init__(
+        self, out: Output, *, jogging: bool = False, robot_bodies: Sequence[int] = ALL_BODIES
+    ) -> None:
         self._out = out
         self._jogging = jogging
+        self._robot_bodies = robot_bodies
 
     @property
     def lead_s(self) -> float:
@@ -78,7 +81,7 @@ class PersonAtPrompt:
             if self._out.yes:
                 self._out.note(f"  Joint {step.joint} moves in {LEAD_S:g} s.")
             return
-        announce(step, self._out)
+        announce(step, self._out, self._robot_bodies)
         if self._out.yes:
             self._out.note(f"Reading starts in {LEAD_S:g} s.")
         else:
@@ -92,10 +95,18 @@ class EmulatedPerson:
 
     lead_s = 0.0
 
-    def __init__(self, operator: EmulatedOperator, out: Output, *, jogging: bool = False) -> None:
+    def __init__(
+        self,
+        operator: EmulatedOperator,
+        out: Output,
+        *,
+        jogging: bool = False,
+        robot_bodies: Sequence[int] = ALL_BODIES,
+    ) -> None:
         self._operator = operator
         self._out = out
         self._jogging = jogging
+        self._robot_bodies = robot_bodies
 
     def begin(self, step: Step) -> None:
         """Begin the step at once.
@@ -108,13 +119,13 @@ class EmulatedPerson:
             self._operator.begin(Step(StepKind.SERVO, step.joint, step.moved, step.held))
             return
         if not self._out.json_mode:
-            announce(step, self._out)
+            announce(step, self._out, self._robot_bodies)
         self._operator.begin(step)
 
 
-def announce(step: Step, out: Output) -> None:
+def announce(step: Step, out: Output, robot_bodies: Sequence[int]) -> None:
     """Print the heading and the task of a step that is done by hand."""
-    out.note("\n  ".join((f"\n{title(step)}", *task(step))))
+    out.note("\n  ".join((f"\n{title(step)}", *task(step, robot_bodies))))
 
 
 @contextmanager
@@ -126,6 +137,8 @@ def open_bench(
     Raises:
         PortError, NoAnswer, WrongBoard, BuildError: a board cannot be reached, or the emulated robot not built.
     """
+    from tfsat_host.robot.absent_parts import bodies_of
+
     if not args.emulated:
         at_sequencer = argparse.Namespace(emulated=False, port=getattr(args, "sequencer_port", None))
         with (
@@ -133,7 +146,12 @@ def open_bench(
             open_logger(args, out) as logger,
             open_jog_client(at_sequencer, out) if jog else nullcontext() as sequencer,
         ):
-            yield Bench(logger, PersonAtPrompt(out, jogging=jog), origin_of(logger), sequencer)
+            yield Bench(
+                logger,
+                PersonAtPrompt(out, jogging=jog, robot_bodies=bodies_of(model)),
+                origin_of(logger),
+                sequencer,
+            )
         return
     from tfsat_host.emulated.emulated_operator import EmulatedOperator
     from tfsat_host.emulated.emulated_robot import BoardIndex
@@ -143,7 +161,8 @@ def open_bench(
 
     with kept_robot(out.note, model=model, as_built=True) as robot:
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        person = EmulatedPerson(EmulatedOperator(robot, Operator.human(PERSON_SEED)), out, jogging=jog)
+        operator = EmulatedOperator(robot, Operator.human(PERSON_SEED))
+        person = EmulatedPerson(operator, out, jogging=jog, robot_bodies=bodies_of(model))
         sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER)) if jog else None
         with nullcontext() if sequencer is None else explain_wrong_state(sequencer):
             yield Bench(logger, person, origin_of(logger), sequencer)

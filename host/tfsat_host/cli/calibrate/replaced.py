@@ -22,7 +22,12 @@ def run(args: argparse.Namespace, out: Output) -> int:
         CalibrationError: there is no certificate, it is of another robot, or it was simulated.
     """
     from tfsat_host.calibration.replacements import LOGGER, PARTS
-    from tfsat_host.robot.absent_parts import load_robot_of_boards
+    from tfsat_host.robot.absent_parts import (
+        bodies_with_imu,
+        describe_absent,
+        load_robot_of_boards,
+        require_joint,
+    )
 
     if args.part not in PARTS:
         raise UsageError(
@@ -31,6 +36,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
             next_step=f"Parts: {', '.join(PARTS)}.",
         )
     model = load_robot_of_boards(args.robot)
+    kind, _, number = args.part.partition("-")
+    if kind == "imu" and int(number) not in bodies_with_imu(model):
+        raise UsageError(
+            what=f"{model.name} has no {args.part}. {describe_absent(model)}.",
+            meaning="Nothing was changed.",
+            next_step="Name a part that it has, or the right robot file with --robot.",
+        )
+    if kind in ("angle", "servo"):
+        require_joint(model, int(number))
     with open_bench(args, model, out) as bench, commands_as_typed(args, out):
         campaign = open_campaign(args, bench.origin, model, out, replaced=args.part)
         before = campaign.calibration

@@ -43,7 +43,7 @@ def show_certificate(
     robot = load_robot_of_boards(args.robot)
     if absent := describe_absent(robot):
         out.note(absent)
-    result = review(file, calibration, robot, datetime.now(UTC))
+    result = review(file, calibration.of_robot(robot), robot, datetime.now(UTC))
     out.result(record(REVIEW, result), lambda: _show(result, out, full=full))
 
 

@@ -100,7 +100,21 @@ def checks_of(
     # Hypotheses take seconds: try them only where something failed.
     if diagnosed and any(check.failed for check in contradictory):
         contradictory = explain_checks(contradictory, residuals)
-    return (*complete, *own, *contradictory)
+    absent = _names_without_sensors(model)
+    return tuple(check for check in (*complete, *own, *contradictory) if check.name not in absent)
+
+
+def _names_without_sensors(model: RobotModel) -> set[str]:
+    """Return the names of the checks between sensors one of which the robot file does not have."""
+    names = set()
+    for joint, servo in enumerate(model.servos, 1):
+        if servo.absent:
+            names.add(f"angle sensors of joint {joint}")
+        ends = sorted((int(model.joint_inner[joint - 1]), int(model.joint_outer[joint - 1])))
+        if any(model.imus[body].absent for body in ends):
+            names |= {f"angle sensors and gyros of joint {joint}", f"gyro scale at joint {joint}"}
+            names.add("gyros of bodies " + " and ".join(str(body + 1) for body in ends))
+    return names
 
 
 _ROUNDS = 6

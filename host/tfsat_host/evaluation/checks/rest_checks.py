@@ -172,7 +172,7 @@ def start_pose_check(log: DropLog, calibration: Calibration, model: RobotModel) 
     if not rows.any():
         return START_POSE.not_possible("No sample was recorded in the half second before the release.")
     angles = angles_at_rest(log, rows, calibration, model)
-    measured = np.array([sensors.has_zero for sensors in calibration.joints])
+    measured = np.array([sensors.has_zero and not sensors.absent for sensors in calibration.joints])
     off_deg = np.rad2deg(angles - np.array([servo.start_rad for servo in model.servos]))
     measured_joints = np.flatnonzero(measured & np.isfinite(off_deg))
     if not len(measured_joints):

@@ -117,7 +117,7 @@ def weight_check(motion: Motion, data: Consistency) -> Check:
 
 def is_measured(calibration: Calibration) -> bool:
     """Return whether all sensors have measured errors, not only those of their data sheets."""
-    return _zeros_calibrated(calibration) and all(gyro.axes for gyro in calibration.gyros)
+    return _zeros_calibrated(calibration) and all(gyro.axes for gyro in calibration.present_gyros)
 
 
 def _by_stated(squares: Squares) -> tuple[float, float]:

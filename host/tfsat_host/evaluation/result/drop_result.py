@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from tfsat_host.evaluation.motion.joints import SensorDisagreement
 from tfsat_host.evaluation.motion.motion import InitialRate
 from tfsat_host.evaluation.standing_joints import JointRest
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, plus_minus
+from tfsat_host.robot.absent_parts import bodies_of
 
 
 def _quaternion(turn: Turn) -> Any:
@@ -115,6 +115,7 @@ def joints(evaluation: Evaluation) -> list[JointEnds]:
             tuple(joint.sensors) if evaluation.is_given() else (),
         )
         for joint in motion.joints
+        if not evaluation.model.servos[joint.joint - 1].absent
     ]
 
 
@@ -130,8 +131,9 @@ class BodyResult(NamedTuple):
 
 
 def bodies(evaluation: Evaluation) -> list[BodyResult]:
-    """Return the results of bodies 1 to 4."""
-    return list(map(BodyResult, count(1), evaluation.turns, evaluation.initial_rates))
+    """Return the results of the bodies that are there."""
+    there = bodies_of(evaluation.model)
+    return list(map(BodyResult, there, evaluation.turns, evaluation.initial_rates))
 
 
 def stroke_table(evaluation: Evaluation) -> Table:

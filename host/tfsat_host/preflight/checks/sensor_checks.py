@@ -27,7 +27,7 @@ from tfsat_host.preflight.preflight_check import PreflightCheck, judge, not_made
 from tfsat_host.preflight.preflight_evidence import Evidence, require
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
-from tfsat_host.robot.absent_parts import bodies_with_imu, describe_absent
+from tfsat_host.robot.absent_parts import bodies_of, bodies_with_imu, describe_absent
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 MAX_BIAS_DEG_S = 20.0
@@ -269,6 +269,7 @@ def check_start_pose(evidence: Evidence) -> PreflightCheck:
         for joint, angle in enumerate(degrees, 1)
         if abs(angle) > START_POSE_DEG
     ]
+    degrees = degrees[: len(bodies_of(evidence.robot)) - 1]
     return judge(
         [", ".join(away)] if away else [],
         f"Not at the start pose: {{}} (limit 0 ± {START_POSE_DEG:g} deg).",

@@ -183,12 +183,14 @@ def joint_chart(evaluation: Evaluation) -> Chart:
             np.rad2deg(joint.std_rad()),
         )
         for joint in evaluation.motion.joints
+        if not evaluation.model.servos[joint.joint - 1].absent
     ]
     commanded = commanded_rad(evaluation)
     if commanded is not None:
         lines += [
             Line(f"joint {index + 1} commanded", np.rad2deg(angle), index, "commanded")
             for index, angle in enumerate(commanded.T)
+            if not evaluation.model.servos[index].absent
         ]
     return Chart(
         "joints",
