@@ -8,7 +8,12 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
-from tests.robot.fewer_parts import robot_text
+from tests.robot.fewer_parts import robot_text, smaller_robot
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.session import fit_steps
+from tfsat_host.calibration.steps.step import swings, task
+from tfsat_host.robot.absent_parts import bodies_of, fill_places
+from tfsat_host.run.prepared_run import PreparedRun
 
 KINDS = {
     "three-bodies": {"bodies": 3},
@@ -45,7 +50,11 @@ def test_a_drop_is_rehearsed_and_all_numbers_hold(kind: str, tfsat_host: RunCli)
     between = {"three-bodies": "bodies 3 and 4", "without-imu-1": "bodies 1 and 2"}.get(
         kind, "bodies 3 and 4"
     )
-    assert not [row["name"] for row in evaluated["checks"] if between in row["name"]]
+    checks = {row["name"]: row for row in evaluated["checks"]}
+    assert not [name for name in checks if between in name]
+    assert checks["sensors as stated"]["verdict"] == checks["as filed and certified"]["verdict"] == "passed"
+    if kind == "three-bodies":
+        assert "joint 3" not in " ".join(row["sentence"] for row in evaluated["checks"])
     names = {row["name"] for row in evaluated["offsets"]}
     assert any(name.startswith("body 4") for name in names) == (kind != "three-bodies")
 
@@ -68,6 +77,10 @@ def test_parts_that_were_taken_off_are_not_used(tfsat_host: RunCli) -> None:
         assert sum("body" in row["quantity"] for row in rows) == count
     command = ("calibrate", "replaced", "imu-4", "--emulated", "--out", certificate, "--robot", "small.toml")
     assert "smaller robot has no imu-4." in tfsat_host(*command, expect=2).stderr
+    prepared = PreparedRun.open(tfsat_host.folder / "run", robot=tfsat_host.folder / "small.toml")
+    calibration, _ = prepared.calibration(emulated=True)
+    assert isinstance(calibration, Calibration)
+    assert [gyro.body for gyro in calibration.present_gyros] == [1, 2, 3]
 
 
 def test_what_an_absent_part_would_do_is_refused(tfsat_host: RunCli) -> None:
@@ -77,6 +90,8 @@ def test_what_an_absent_part_would_do_is_refused(tfsat_host: RunCli) -> None:
     assert "The maneuver moves joint 3; small.toml has 2." in refused.stderr
     refused = tfsat_host("rehearse", "59", "70", "--robot", "small.toml", "--fault", "gyro-dead", expect=2)
     assert "Faults are emulated on a robot that has all parts." in refused.stderr
+    command = ("calibrate", "replaced", "servo-3", "--emulated", "--robot", "small.toml")
+    assert "smaller robot has no joint 3" in tfsat_host(*command, expect=2).stderr
     for quantity in ("zero", "misalignment", "servo"):
         command = ("calibrate", quantity, "--joint", "3", "--emulated", "--yes", "--robot", "small.toml")
         assert "smaller robot has no joint 3" in tfsat_host(*command, expect=2).stderr
@@ -114,3 +129,13 @@ def test_its_turn_by_hand_needs_no_absent_part(tfsat_host: RunCli) -> None:
     turned = tfsat_host("calibrate", "scale", "--turn", "z", "360", *robot).stdout
     assert "body 3" in turned
     assert "body 4" not in turned
+
+
+def test_a_person_is_told_of_what_is_there(tmp_path: Path) -> None:
+    robot = fill_places(smaller_robot(tmp_path, bodies=2))
+    first, second = fit_steps(swings(1), robot)
+    assert [(step.moved, step.held) for step in (first, second)] == [((1,), (2,)), ((2,), (1,))]
+    lines = " ".join(task(first, bodies_of(robot)))
+    assert lines.startswith(
+        "Take it off joint 1 and close that by hand. Hold body 2 on the bench. Swing body 1 about"
+    )
