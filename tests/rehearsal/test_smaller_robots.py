@@ -72,12 +72,14 @@ def test_parts_that_were_taken_off_are_not_used(tfsat_host: RunCli) -> None:
     assert fewer["reorientation_deg_std"] > whole["reorientation_deg_std"]
     certificate = "run/calibration-emulated.toml"
     for robot, count in (("small.toml", 18), ("drop_tower", 24)):
-        command = ("calibrate", "show", "--emulated", "--out", certificate, "--robot", robot)
-        rows = tfsat_host.json(*command)["quantities"]
+        shown = ("calibrate", "show", "--emulated", "--out", certificate, "--robot", robot)
+        rows = tfsat_host.json(*shown)["quantities"]
         assert sum("body" in row["quantity"] for row in rows) == count
     command = ("calibrate", "replaced", "imu-4", "--emulated", "--out", certificate, "--robot", "small.toml")
     assert "smaller robot has no imu-4." in tfsat_host(*command, expect=2).stderr
-    prepared = PreparedRun.open(tfsat_host.folder / "run", robot=tfsat_host.folder / "small.toml")
+    here = tfsat_host.folder
+    (here / "next").mkdir()
+    prepared = PreparedRun.open(here / "next", certificate=here / certificate, robot=here / "small.toml")
     calibration, _ = prepared.calibration(emulated=True)
     assert isinstance(calibration, Calibration)
     assert [gyro.body for gyro in calibration.present_gyros] == [1, 2, 3]
@@ -90,8 +92,8 @@ def test_what_an_absent_part_would_do_is_refused(tfsat_host: RunCli) -> None:
     assert "The maneuver moves joint 3; small.toml has 2." in refused.stderr
     refused = tfsat_host("rehearse", "59", "70", "--robot", "small.toml", "--fault", "gyro-dead", expect=2)
     assert "Faults are emulated on a robot that has all parts." in refused.stderr
-    command = ("calibrate", "replaced", "servo-3", "--emulated", "--robot", "small.toml")
-    assert "smaller robot has no joint 3" in tfsat_host(*command, expect=2).stderr
+    replaced = ("calibrate", "replaced", "servo-3", "--emulated", "--robot", "small.toml")
+    assert "smaller robot has no joint 3" in tfsat_host(*replaced, expect=2).stderr
     for quantity in ("zero", "misalignment", "servo"):
         command = ("calibrate", quantity, "--joint", "3", "--emulated", "--yes", "--robot", "small.toml")
         assert "smaller robot has no joint 3" in tfsat_host(*command, expect=2).stderr
@@ -137,5 +139,5 @@ def test_a_person_is_told_of_what_is_there(tmp_path: Path) -> None:
     assert [(step.moved, step.held) for step in (first, second)] == [((1,), (2,)), ((2,), (1,))]
     lines = " ".join(task(first, bodies_of(robot)))
     assert lines.startswith(
-        "Take it off joint 1 and close that by hand. Hold body 2 on the bench. Swing body 1 about"
+        "Take the holding attachment off joint 1 and close that by hand. Hold body 2 on the bench. Swing body 1 about"
     )

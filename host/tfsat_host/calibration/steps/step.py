@@ -201,11 +201,9 @@ def task(step: Step, robot_bodies: Sequence[int] = ALL_BODIES) -> tuple[str, ...
 
 def _held_and_closed(step: Step, robot_bodies: Sequence[int]) -> tuple[str, str]:
     others = " and ".join(str(joint) for joint in robot_bodies[:-1] if joint != step.joint)
-    close = (
-        f"Close joint{'s' if ' ' in others else ''} {others}, the holding attachment on; t" if others else "T"
-    )
+    closed = f"Close joint{'s' if ' ' in others else ''} {others}, the holding attachment on; take it off"
     return (
-        f"{close}ake it off joint {step.joint} and close that by hand.",
+        f"{closed if others else 'Take the holding attachment off'} joint {step.joint} and close that by hand.",
         f"Hold {bodies(step.held)} on the bench.",
     )
 
