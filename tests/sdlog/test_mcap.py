@@ -30,7 +30,7 @@ from tfsat_host.sdlog.log_summary import METADATA
 from tfsat_host.sdlog.protobuf_rows import FRAME_TRANSFORM, RowEncoder, foxglove_kind, message_class
 
 NO_FRAMES = BodyFrames((), (), ())
-SENSORS = [f"/joint_{joint}/sensor_{sensor}" for joint in (1, 2, 3) for sensor in (1, 2)]
+SENSORS = [f"/joint_{joint}/sensors" for joint in (1, 2, 3)]
 
 Topics = dict[str, list[tuple[int, Any]]]
 
@@ -76,12 +76,23 @@ def test_every_reading_comes_back(log: DropLog, tmp_path: Path) -> None:
         warmth = [m.temperature_c for _, m in messages]
         np.testing.assert_allclose(warmth, log.temperature_c[:, body], rtol=1e-14)
         assert [m.clipped for _, m in messages] == log.clipped[:, body].tolist()
-    for column, topic in enumerate(SENSORS):
+    for joint, topic in enumerate(SENSORS):
         assert [time_ns for time_ns, _ in topics[topic]] == times_ns
-        angle = np.radians([message.angle_deg for _, message in topics[topic]])
-        np.testing.assert_allclose(angle, log.sensor_angle_rad[:, column], rtol=1e-14)
-    switches = [(m.switch1_open, m.switch2_open) for _, m in topics["/release_switches"]]
-    assert switches == [tuple(row) for row in log.switch_open.tolist()]
+        angles = np.radians([(message.sensor1_deg, message.sensor2_deg) for _, message in topics[topic]])
+        np.testing.assert_allclose(angles, log.sensor_angle_rad[:, 2 * joint : 2 * joint + 2], rtol=1e-14)
+
+
+def test_switches_are_told_where_they_change_and_ten_times_a_second(log: DropLog, tmp_path: Path) -> None:
+    shown = write_topics(log, tmp_path / "SD.mcap")["/release_switches"]
+    rows = {time_us * 1000: row for row, time_us in enumerate(log.t_us.tolist())}
+    told = [rows[time_ns] for time_ns, _ in shown]
+    states = [(m.switch1_open, m.switch2_open) for _, m in shown]
+    assert states == [tuple(row) for row in log.switch_open[told].tolist()]
+    # Held from message to message they are the recording's.
+    held = np.array(states)[np.searchsorted(told, np.arange(len(log)), side="right") - 1]
+    assert np.array_equal(held, log.switch_open)
+    assert max(np.diff(log.t_us[told])) < 0.11e6
+    assert len(told) < len(log) / 10
 
 
 def test_invalid_readings_are_left_out(log: DropLog, tmp_path: Path) -> None:
@@ -89,7 +100,7 @@ def test_invalid_readings_are_left_out(log: DropLog, tmp_path: Path) -> None:
     # Body 2 for ten samples, body 4 throughout, one angle, and two clip flags.
     imu_valid[10:20, 1] = False
     imu_valid[:, 3] = False
-    angle_valid[5, 2] = False
+    angle_valid[5, 2] = angle_valid[7, 2] = angle_valid[7, 3] = False
     clipped[30, 0] = clipped[40, 2] = True
     holed = replace(log, imu_valid=imu_valid, angle_valid=angle_valid, clipped=clipped)
     # Without frames: the test is about readings.
@@ -99,8 +110,12 @@ def test_invalid_readings_are_left_out(log: DropLog, tmp_path: Path) -> None:
     np.testing.assert_allclose(np.radians(rate), log.rate_rad_s[imu_valid[:, 1], 1, 0], rtol=1e-14)
     # A sensor without a single reading has no topic.
     assert "/body_4/imu" not in topics
-    assert len(topics[SENSORS[2]]) == len(log) - 1
-    assert len(topics["/body_1/imu"]) == len(topics["/release_switches"]) == len(log)
+    # Beside a sensor that answered the other one's missing reading is no number; without both there is no message.
+    second = topics[SENSORS[1]]
+    assert len(second) == len(log) - 1
+    assert [row for row, (_, m) in enumerate(second) if np.isnan(m.sensor1_deg)] == [5]
+    assert not np.isnan([m.sensor2_deg for _, m in second]).any()
+    assert len(topics["/body_1/imu"]) == len(log)
     for body, row in ((1, 30), (3, 40)):
         assert [i for i, (_, m) in enumerate(topics[f"/body_{body}/imu"]) if m.clipped] == [row]
 
@@ -178,7 +193,7 @@ def test_quick_looks_are_marked_in_their_channels(tmp_path: Path) -> None:
         marked = channel.metadata.get("quality") == QUICK_LOOK
         # Quick looks are marked; what the sensors said is not.
         assert marked is channel.topic.startswith("/quick_look/")
-    assert len(summary.channels) == 3 + 4 + 6 + 3 + 4
+    assert len(summary.channels) == 3 + 4 + 3 + 3 + 4
 
 
 def test_schemas_are_whole_and_foxglove_s_own(tmp_path: Path) -> None:
