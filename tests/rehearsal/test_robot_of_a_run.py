@@ -78,6 +78,6 @@ def test_a_robot_that_cannot_be_dropped(tfsat_host: RunCli) -> None:
     # The robot for orbit has no IMUs in its file: nothing could be recorded.
     for options in ((), ("--runs", "2")):
         refused = tfsat_host("rehearse", "59", "70", "--robot", "cubesat_3u", *options, expect=1)
-        assert "3U CubeSat does not fit the boards: it has no IMU" in refused.stderr
+        assert "3U CubeSat does not fit the boards: it has fewer than two IMUs" in refused.stderr
         assert "Nothing was done." in refused.stderr
     assert not (tfsat_host.folder / "run").exists()
