@@ -33,7 +33,7 @@ from tfsat_host.calibration.certificate.calibration_campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Subject, quantities
 from tfsat_host.calibration.certificate.file import format_calibration, parse_calibration
 from tfsat_host.calibration.replacements import PARTS, Replacement, Specimens
-from tfsat_host.calibration.solution import Solution, solve
+from tfsat_host.calibration.solution import SensorKnowledge, solve
 from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.run.certificate_check import check_certificate
 
@@ -50,7 +50,7 @@ def replaced(*parts: str, at: datetime = NOON) -> Specimens:
     return Specimens(tuple(Replacement(at, part) for part in parts))
 
 
-def same_gyro(first: Solution, second: Solution, body: int) -> bool:
+def same_gyro(first: SensorKnowledge, second: SensorKnowledge, body: int) -> bool:
     gyro, other = first.gyros[body - 1], second.gyros[body - 1]
     dates = (gyro.bias_recorded_at, gyro.axes, gyro.scaled)
     return dates == (other.bias_recorded_at, other.axes, other.scaled) and all(
@@ -122,8 +122,8 @@ def campaign(tmp_path: Path) -> Campaign:
 SUBJECT = Subject(MODEL.name, "0a" * 8, "68" * 4, False)
 
 
-def open_campaign(folder: Path, subject: Subject = SUBJECT, part: str = "") -> Campaign:
-    return Campaign(folder / "calibration.toml", MODEL, subject, replaced=part)
+def open_campaign(folder: Path, subject: Subject = SUBJECT, *parts: str) -> Campaign:
+    return Campaign(folder / "calibration.toml", MODEL, subject, replaced=parts)
 
 
 def lacking(campaign: Campaign) -> set[str]:
@@ -133,8 +133,8 @@ def lacking(campaign: Campaign) -> set[str]:
 
 def test_a_robot_keeps_its_calibration_through_three_repairs(campaign: Campaign, tmp_path: Path) -> None:
     missing = lacking(campaign)
-    first = open_campaign(tmp_path, part="imu-2")
-    first.replace_part(NOON)
+    first = open_campaign(tmp_path, SUBJECT, "imu-2")
+    first.replace_parts(NOON)
     assert lacking(first) - missing == OF_BODY_2 - missing
     # The Teensy breaks: another serial number is refused, until it is told.
     other_logger = replace(SUBJECT, logger_serial="0b" * 8)
@@ -142,12 +142,12 @@ def test_a_robot_keeps_its_calibration_through_three_repairs(campaign: Campaign,
         open_campaign(tmp_path, other_logger)
     assert "tfsat-host calibrate replaced PART" in refused.value.next_step
     second = open_campaign(tmp_path, other_logger, "logger")
-    second.replace_part(NOON + timedelta(days=1))
+    second.replace_parts(NOON + timedelta(days=1))
     assert lacking(second) - missing == (OF_BODY_2 | ZEROS) - missing
     # An MPU-6500 in place of body 3's chip.
     other_chip = replace(other_logger, who_am_i="68687068")
     third = open_campaign(tmp_path, other_chip, "imu-3")
-    calibration = third.replace_part(NOON + timedelta(days=2))
+    calibration = third.replace_parts(NOON + timedelta(days=2))
     # A whole chain: what the robot was at each time, and by which logger it is known.
     assert [entry.part for entry in calibration.replacements] == ["imu-2", "logger", "imu-3"]
     assert calibration.subject_at(None) == other_chip
@@ -165,7 +165,7 @@ def test_a_part_of_another_robot_is_no_replacement(campaign: Campaign, tmp_path:
     with pytest.raises(CalibrationError, match="another calibration"):
         open_campaign(tmp_path, both, "logger")
     with pytest.raises(CalibrationError, match="does not exist"):
-        open_campaign(tmp_path / "elsewhere", both, "logger").replace_part(NOON)
+        open_campaign(tmp_path / "elsewhere", both, "logger").replace_parts(NOON)
     assert campaign.calibration is not None
 
 
@@ -199,7 +199,7 @@ def test_a_repair_keeps_the_step_that_a_second_terminal_accepted_meanwhile(
     second = open_campaign(tmp_path, replace(SUBJECT, logger_serial="0b" * 8), "logger")
     accepted = later(record_good_step(REST), 60)
     campaign.accept(accepted)
-    calibration = second.replace_part(accepted.recorded_at + timedelta(minutes=1))
+    calibration = second.replace_parts(accepted.recorded_at + timedelta(minutes=1))
     assert [entry.part for entry in calibration.replacements] == ["logger"]
     assert accepted.recorded_at in {entry.recorded_at for entry in calibration.recordings}
 
@@ -212,9 +212,9 @@ def test_a_repair_that_cannot_be_written_says_so(
 
     before = campaign.certificate.read_bytes()
     monkeypatch.setattr(calibration_campaign, "write_certificate", refuse)
-    repair = open_campaign(tmp_path, part="imu-2")
+    repair = open_campaign(tmp_path, SUBJECT, "imu-2")
     with pytest.raises(NotKeptError) as refused:
-        repair.replace_part(NOON)
+        repair.replace_parts(NOON)
     assert refused.value.meaning.startswith("That imu-2 was replaced is not kept")
     assert campaign.certificate.read_bytes() == before
     assert repair.calibration is not None

@@ -16,7 +16,6 @@ from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.calibration.zero import ZeroEstimate, estimate_zero, with_zero
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.absent_parts import bodies_with_imu
 
 Estimate = TypeVar("Estimate")
 
@@ -40,9 +39,9 @@ class Baseline:
     ) -> None:
         self._specimens = specimens
         by_time = sorted(evidence, key=lambda entry: entry.recorded_at)
-        sensed = bodies_with_imu(model)
         self._rests = [
-            (entry, {bias.body: bias for bias in estimate_biases(entry.recording, sensed)})
+            # An IMU that the robot did not have then has biases of other days.
+            (entry, {bias.body: bias for bias in estimate_biases(entry.recording, entry.bodies_sensed)})
             for entry in by_time
             if entry.step.kind == StepKind.REST
         ]
@@ -90,7 +89,8 @@ class Baseline:
         return list({entry.recorded_at: entry for entry in evidence}.values())
 
     def _rest(self, body: int, at: datetime | None) -> tuple[Evidence, dict[int, BiasEstimate]] | None:
-        return _at(self._rests, at, partial(self._specimens.gyro, body))
+        rests = [rest for rest in self._rests if body in rest[1]]
+        return _at(rests, at, partial(self._specimens.gyro, body))
 
     def _zero(self, joint: int, at: datetime | None) -> tuple[Evidence, ZeroEstimate] | None:
         return _at(self._zeros[joint - 1], at, partial(self._specimens.zero, joint))

@@ -30,6 +30,7 @@ from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.calibration.steps.step_motion import Motion
 from tfsat_host.calibration.sweep_fit import Rests, fit_sweeps, rests_of_sweep
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.absent_parts import ignore_absent
 
 _PASSES = 3
 """The held body's motion is taken off with what its own gyro is known to do: each pass knows that better."""
@@ -103,7 +104,7 @@ def solve(
     Raises:
         CalibrationError: what the recordings say cannot all be true.
     """
-    entries = list(evidence)
+    entries = [_without_absent(entry, model) for entry in evidence]
     baseline = Baseline(entries, model, specimens)
     sensors = _AllSensors.by_design(model, specimens)
     # Rests and zeros are the baseline; of the motions only the newest of each step counts.
@@ -113,6 +114,7 @@ def solve(
         for entry in newest(entries).values()
         if entry.step.kind not in (StepKind.REST, StepKind.ZERO)
         and not (entry.step.kind in by_servo and _of_former_servo(entry, specimens))
+        and not (entry.step.joint and model.servos[entry.step.joint - 1].absent)
     ]
     # Servo steps determine nothing of the gyros; they are read afterwards with the sensors found here.
     by_hand = [entry for entry in moving if entry.step.kind not in by_servo]
@@ -154,6 +156,12 @@ def solve(
         ),
         tuple(sorted(used_evidence, key=lambda entry: entry.recorded_at)),
     )
+
+
+def _without_absent(entry: Evidence, model: RobotModel) -> Evidence:
+    """Return a step as if what is absent now had been absent when it was recorded."""
+    counts = ignore_absent(entry.counts, model)
+    return entry if counts is entry.counts else replace(entry, counts=counts)
 
 
 def _of_former_servo(entry: Evidence, specimens: Specimens) -> bool:
@@ -227,16 +235,17 @@ class _Responses:
         """Adds the responses of a swing or a turn; those of a sweep, `bent` adds."""
         if evidence.step.kind == StepKind.TURN:
             # A rigid turn is common to all gyros: one that shows another axis stands out.
-            turning = [gyro for gyro in gyros if not gyro.absent]
+            turning = [gyro for gyro in gyros if gyro.body in evidence.bodies_sensed]
             check_turn_axis(evidence.recording, evidence.step, turning)
             for gyro in turning:
                 turned = turn_response(evidence.recording, evidence.step, gyro)
                 self._of_body(gyro.body, evidence.recorded_at).append(self._with_date(turned, evidence))
             return
         motion = Motion(evidence.step, evidence.recording, gyros, joints, model)
-        responses = [self._with_date(axis_response(motion, body), evidence) for body in evidence.step.moved]
+        moved = [body for body in evidence.step.moved if body in evidence.bodies_sensed]
+        responses = [self._with_date(axis_response(motion, body), evidence) for body in moved]
         check_sense(evidence.step, responses, model)
-        for body, response in zip(evidence.step.moved, responses, strict=True):
+        for body, response in zip(moved, responses, strict=True):
             if evidence.step.kind == StepKind.SWING:
                 self._of_body(body, evidence.recorded_at).append(response)
             else:

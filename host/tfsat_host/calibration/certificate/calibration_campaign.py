@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -16,6 +16,7 @@ from tfsat_host.calibration.certificate.certificate import (
     Landing,
     Recording,
     Subject,
+    exchanged_imus,
     with_landing,
 )
 from tfsat_host.calibration.certificate.file import read_calibration
@@ -25,7 +26,7 @@ from tfsat_host.calibration.certificate.simulated_quantities import (
     measured_by,
     with_measured,
 )
-from tfsat_host.calibration.replacements import NEVER_REPLACED, Replacement, Specimens
+from tfsat_host.calibration.replacements import ANGLES, IMUS, NEVER_REPLACED, Replacement, Specimens
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
 from tfsat_host.file_lock import LockError, one_at_a_time
@@ -53,7 +54,7 @@ class Campaign:
         model: The robot.
         subject: Whose sensors are being calibrated.
         force: Begin a new certificate where there is one of another subject, or one that cannot be understood.
-        replaced: Of `PARTS`, what was replaced since: the subject differs in it.
+        replaced: Of `PARTS`, what was replaced since: the subject differs in these.
 
     Raises:
         CalibrationError: the certificate is another robot's, or damaged.
@@ -67,14 +68,14 @@ class Campaign:
         subject: Subject,
         *,
         force: bool = False,
-        replaced: str = "",
+        replaced: Collection[str] = (),
     ) -> None:
         self.certificate = certificate
         self.evidence: list[Evidence] = []
         self.calibration: Calibration | None = None
         self.left_out: tuple[str, ...] = ()
         self._model = model
-        self._subject = subject
+        self._subject = subject.of_robot(model)
         self._recordings: _Recordings = {}
         self._moved: Landing | None = None
         self._replaces = False
@@ -129,8 +130,8 @@ class Campaign:
             self._moved = Landing(at, "a person: sensors were moved")
             self.calibration = with_landing(self.calibration, self._moved)
 
-    def replace_part(self, at: datetime) -> Calibration:
-        """Ends what rests on the part that was replaced, and keeps all else with its dates.
+    def replace_parts(self, at: datetime) -> Calibration:
+        """Ends what rests on the parts that were replaced, and keeps all else with its dates.
 
         Raises:
             CalibrationError: there is no certificate yet, or it was simulated; nothing was changed.
@@ -146,15 +147,14 @@ class Campaign:
                     meaning="There is nothing that a replaced part could end.",
                     next_step=Advice("To begin a calibration: ", NextStep("calibrate bias")),
                 )
-            told = before.subject.of_part(self._replaced)
-            replacement = Replacement(at, self._replaced, told)
-            ended = replace(before, replacements=(*before.replacements, replacement))
+            ends = (Replacement(at, part, before.subject.of_part(part)) for part in self._replaced)
+            ended = replace(before, replacements=(*before.replacements, *ends))
             solution = solve(self.evidence, self._model, self._last_landing(), ended.specimens)
             calibration = self._make_certificate(solution, self._recordings, ended)
             try:
                 write_certificate(self.certificate, calibration)
             except OSError as error:
-                lost = f"That {self._replaced} was replaced is not kept"
+                lost = f"That {', '.join(self._replaced)} was replaced is not kept"
                 raise _not_kept(self.certificate, self.certificate, error, lost) from error
             self._take(calibration)
             return calibration
@@ -177,16 +177,26 @@ class Campaign:
             # Begin empty in memory; the old file stays until a step is accepted.
             self._replaces = True
             return
-        if self._is_same_robot(calibration.subject):
+        put_on = self._joints_put_on(calibration)
+        if self._is_same_robot(calibration.subject) and not put_on:
             self._take(calibration)
         elif force:
             self._replaces = True
         else:
-            raise _of_another(self.certificate, calibration.subject, self._subject)
+            there = calibration.subject.of_robot(self._model)
+            raise _of_another(self.certificate, there, self._subject, put_on)
 
     def _is_same_robot(self, subject: Subject) -> bool:
-        """Return whether another subject differs from this one at most in the part that was replaced."""
-        return subject.with_part(self._replaced, self._subject.of_part(self._replaced)) == self._subject
+        """Return whether another subject differs from this one at most in absent parts, and in those replaced."""
+        for part in self._replaced:
+            subject = subject.with_part(part, self._subject.of_part(part))
+        return subject.of_robot(self._model) == self._subject
+
+    def _joints_put_on(self, calibration: Calibration) -> list[str]:
+        """Name the angle sensors that were absent when this was measured, are there now, and were not told."""
+        joints = zip(ANGLES, calibration.joints, self._model.servos, strict=True)
+        there = [part for part, then, now in joints if then.absent and not now.absent]
+        return [part for part in there if part not in self._replaced]
 
     def _catch_up(self) -> None:
         """Takes what another program has written since."""
@@ -271,7 +281,7 @@ class Campaign:
         if before is None or not simulated or not {entry.step.kind for entry in used} <= BESIDE_SIMULATED:
             return made
         # No recording tells what a rehearsal simulated: it stays where nothing was measured.
-        kept = with_measured(before, used, self._model)
+        kept = with_measured(before.of_robot(self._model), used, self._model)
         measured, servos = measured_by(used), tuple((entry, kept.joints) for entry, _ in solution.servos)
         return replace(
             made,
@@ -370,14 +380,21 @@ def _read(path: Path, recording: Recording) -> Evidence:
     return from_bytes(data, source=str(path))
 
 
-def _of_another(certificate: Path, there: Subject, here: Subject) -> CalibrationError:
+def _of_another(certificate: Path, there: Subject, here: Subject, put_on: list[str]) -> CalibrationError:
+    parts = ["PART"]
+    difference = f"it is of {there.describe()}; this would be of {here.describe()}"
+    # The same robot on the same logger: it has other IMUs, or more joints.
+    if there.describe() == here.describe():
+        imus = [IMUS[body - 1] for body in exchanged_imus(there, here.who_am_i)]
+        differences = [f"{part} was {there.name_part(part)} and is {here.name_part(part)}" for part in imus]
+        difference = "; ".join([*differences, *(f"{part} was absent" for part in put_on)])
+        parts = [*imus, *put_on]
     return CalibrationError(
-        what=f"{certificate} holds another calibration: it is of {there.describe()}; "
-        f"this would be of {here.describe()}.",
+        what=f"{certificate} holds another calibration: {difference}.",
         meaning="Nothing was measured, nothing was overwritten.",
         next_step=Advice(
-            "If a part of that robot was replaced: ",
-            NextStep("calibrate replaced", ("PART",)),
+            "If a part of that robot was replaced, or put on: ",
+            NextStep("calibrate replaced", tuple(parts)),
             ". Else name another file with --out, or add --force to begin it again.",
         ),
     )

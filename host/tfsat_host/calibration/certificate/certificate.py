@@ -61,6 +61,16 @@ class Subject:
         at = 2 * IMUS.index(part)
         return replace(self, who_am_i=self.who_am_i[:at] + told + self.who_am_i[at + 2 :])
 
+    def of_robot(self, model: RobotModel) -> Subject:
+        """Return the subject without the IMUs that a robot file does not have: theirs is 00."""
+        answers = zip(bytes.fromhex(self.who_am_i), model.imus, strict=True)
+        return replace(self, who_am_i="".join("00" if imu.absent else f"{byte:02x}" for byte, imu in answers))
+
+    def name_part(self, part: str) -> str:
+        """Name one of the IMUs by its WHO_AM_I."""
+        told = self.of_part(part)
+        return "absent or silent" if told == "00" else f"an IMU with WHO_AM_I {told}"
+
     def of_part(self, part: str) -> str:
         """Return what a part tells of itself; empty: nothing."""
         if part == LOGGER:

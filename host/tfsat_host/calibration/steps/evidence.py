@@ -105,6 +105,11 @@ class Evidence:
         """In SI units."""
         return SensorSamples.from_counts(self.counts)
 
+    @property
+    def bodies_sensed(self) -> tuple[int, ...]:
+        """Numbers of the bodies (1 to 4) whose IMU answered at all."""
+        return tuple(int(body) + 1 for body in np.flatnonzero(self.counts.imu_valid.any(axis=0)))
+
 
 def file_name(evidence: Evidence) -> str:
     """Sorts by purpose, then by time."""

@@ -56,11 +56,11 @@ servo         servo map: the angle that a joint reaches, by commanded angle; spe
     --maneuver FILE  with --log: what was flown (default: maneuver.toml next to the recording)
     --no-upload      measure only: the sequencer keeps its servo settings
     {_SEQUENCER_PORT}
-replaced      a board, a sensor or a servo of the robot was replaced: what rests on it ends, all else holds
-    End what a certificate says of a part that was replaced. All other values stay, with their dates; drops from before
-    and after are of one robot.
+replaced      boards, sensors or servos of the robot were replaced: what rests on them ends, all else holds
+    End what a certificate says of parts that were replaced, or put on. All other values stay, with their dates; drops
+    from before and after are of one robot.
 
-    PART          logger, sequencer, imu-1 to imu-4, angle-1 to angle-3 (a joint's angle sensors), servo-1 to servo-3
+    PART...       logger, sequencer, imu-1 to imu-4, angle-1 to angle-3 (a joint's angle sensors), servo-1 to servo-3
     certificate:
     --out FILE    the certificate that the steps went into (default as theirs)
     --robot FILE  robot file (default: the drop tower robot)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from datetime import UTC, datetime
 from functools import partial
 from typing import TYPE_CHECKING
@@ -137,11 +137,16 @@ def _older_than(
 
 
 def open_campaign(
-    args: argparse.Namespace, origin: Origin, model: RobotModel, out: Output, *, replaced: str = ""
+    args: argparse.Namespace,
+    origin: Origin,
+    model: RobotModel,
+    out: Output,
+    *,
+    replaced: Collection[str] = (),
 ) -> Campaign:
     """Open the certificate that the steps go into, and check that it can be written.
 
-    Warns of recordings that are lost. `replaced` is the part that another one stands in for now.
+    Warns of recordings that are lost. `replaced` are the parts that others stand in for now.
 
     Raises:
         CalibrationError: it is of other sensors, damaged, or its recordings are.
