@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -16,16 +17,16 @@ from tfsat_host.robot.absent_parts import bodies_of, fill_places
 from tfsat_host.run.prepared_run import PreparedRun
 
 KINDS = {
-    "three-bodies": {"bodies": 3},
-    "without-imu-1": {"without_imu": [1]},
-    "without-imu-4": {"without_imu": [4]},
-    "two-imus": {"without_imu": [2, 4]},
+    "three-bodies": partial(robot_text, bodies=3),
+    "without-imu-1": partial(robot_text, without_imu=[1]),
+    "without-imu-4": partial(robot_text, without_imu=[4]),
+    "two-imus": partial(robot_text, without_imu=[2, 4]),
 }
 MOVES_JOINT_3 = "schema = 1\nspeed_deg_s = 170.0\npause_s = 0.7\n[[strokes]]\njoint = 3\nangle_deg = 20.0\n"
 
 
 def write_robot(folder: Path, kind: str) -> None:
-    (folder / "small.toml").write_text(robot_text(**KINDS[kind]), encoding="utf-8")  # type: ignore[arg-type]
+    (folder / "small.toml").write_text(KINDS[kind](), encoding="utf-8")
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -91,6 +91,9 @@ def test_switches_are_told_where_they_change_and_ten_times_a_second(log: DropLog
     # Held from message to message they are the recording's.
     held = np.array(states)[np.searchsorted(told, np.arange(len(log)), side="right") - 1]
     assert np.array_equal(held, log.switch_open)
+    # Drawn as a line from message to message they are its steps: each change has the samples on its both sides.
+    changes = np.flatnonzero((np.diff(log.switch_open.astype(np.int8), axis=0) != 0).any(axis=1))
+    assert set(changes) | set(changes + 1) <= set(told)
     assert max(np.diff(log.t_us[told])) < 0.11e6
     assert len(told) < len(log) / 10
 

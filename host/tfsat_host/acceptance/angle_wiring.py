@@ -85,10 +85,11 @@ def check_sensors(travels: Sequence[FloatArray], model: RobotModel) -> Preflight
 def check_ranges(travels: Sequence[FloatArray], model: RobotModel) -> PreflightCheck:
     """Check that each joint opens as far as the robot file says."""
     opened = [float(np.abs(row).max()) for row in travels]
-    spans = np.rad2deg(model.joint_limits_rad[:, 1] - model.joint_limits_rad[:, 0]).tolist()
+    limits_rad = model.joint_limits_rad[: len(opened)]
+    spans = np.rad2deg(limits_rad[:, 1] - limits_rad[:, 0]).tolist()
     wrong = [
         f"joint {joint} opened by {angle:.0f} deg ({span:.0f} by the robot file)"
-        for joint, (angle, span) in enumerate(zip(opened, spans, strict=False), 1)
+        for joint, (angle, span) in enumerate(zip(opened, spans, strict=True), 1)
         # Without a sensor that follows it, that is the finding.
         if angle > MIN_TRAVEL_DEG and abs(angle - span) > MAX_RANGE_ERROR_DEG
     ]

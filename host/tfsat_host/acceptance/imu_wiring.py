@@ -18,7 +18,7 @@ from tfsat_host.calibration.steps.step import PATTERNS
 from tfsat_host.preflight.preflight_check import PreflightCheck, judge, no_go
 from tfsat_host.protocol.limits import IMU_COUNT, IMUS_PER_BUS
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.absent_parts import bodies_with_imu, describe_absent
+from tfsat_host.robot.absent_parts import bodies_with_imu, describe_imus
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 MAX_NOISE_DEG_S = 0.5
@@ -79,8 +79,7 @@ def check_answers(samples: SensorSamples, model: RobotModel) -> PreflightCheck:
         wrong,
         "IMUs: {}.",
         "Check plug, supply and AD0 of what is silent, then repeat the step.",
-        f"IMUs: {len(expected)} of {len(expected)} answer"
-        + (f". {absent}." if (absent := describe_absent(model)) else "."),
+        describe_imus(model, "answer"),
         answered_share=samples.imu_valid.mean(axis=0).tolist(),
     )
 

@@ -90,7 +90,7 @@ def _draw_residuals(check: PreflightCheck) -> str:
         marks.append(
             f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{middle}" y2="{y:.1f}" stroke="currentColor"/>'
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="currentColor"/>'
-            f'<text x="{x:.1f}" y="{_HEIGHT - 4}" text-anchor="middle">{t_s:.2f} s</text>'
+            f'<text x="{x:.1f}" y="{_HEIGHT - 4}" text-anchor="middle">{t_s:.2f}</text>'
         )
     scale = "".join(
         f'<text x="4" y="{middle - sign * (middle - 24) + 4:.0f}">{sign * full_us:+.0f} µs</text>'
@@ -99,5 +99,6 @@ def _draw_residuals(check: PreflightCheck) -> str:
     axis = f'<line x1="{_EDGE}" x2="{_WIDTH - _EDGE}" y1="{middle}" y2="{middle}" stroke="currentColor" opacity=".5"/>'
     return (
         f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="Residual of each stroke by its scheduled time">'
-        f"{axis}{''.join(marks)}{scale}</svg>"
+        f"{axis}{''.join(marks)}{scale}"
+        f'<text x="{_WIDTH - 4}" y="{_HEIGHT - 4}" text-anchor="end">s</text></svg>'
     )

@@ -13,7 +13,7 @@ from tfsat_host.evaluation.body_frames import WORLD, frame_name
 from tfsat_host.evaluation.com_fit.momentum_residual import inertial_momentum
 from tfsat_host.evaluation.evaluated_drop import Evaluation
 from tfsat_host.report.contents.attitude_charts import euler_angles
-from tfsat_host.report.contents.charts import PER_KG_M2_S, averages_of, bodies_of
+from tfsat_host.report.contents.charts import PER_KG_M2_S, averages_of, models_of
 from tfsat_host.report.contents.document_builder import ReportedDrop
 from tfsat_host.report.contents.event_marks import events_of
 from tfsat_host.report.contents.replay import body_poses, boxes_of
@@ -87,7 +87,7 @@ def _evaluation_channels(evaluation: Evaluation, make: Channels) -> Iterator[Cha
         rate = motion.fused.joint_rate_rad_s[:, joint.joint - 1]
         rows = np.rad2deg(np.column_stack([joint.angle_rad, joint.std_rad(), rate]))
         yield topic(f"/evaluated/joint_{joint.joint}", "EvaluatedJoint", motion.t_s, rows)
-    for kind, model in bodies_of(evaluation):
+    for kind, model in models_of(evaluation):
         momentum = PER_KG_M2_S * inertial_momentum(model, kinematics)
         yield topic(f"/{MODELS[kind]}/momentum", "Momentum", kinematics.t_s, momentum)
     for kind, average in averages_of(evaluation):

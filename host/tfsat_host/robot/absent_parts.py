@@ -138,6 +138,12 @@ def describe_absent(robot: RobotModel) -> str:
     return f"Absent by the robot file: {', '.join(parts)}" if (parts := list_absent(robot)) else ""
 
 
+def describe_imus(robot: RobotModel, state: str) -> str:
+    """Say that all IMUs that are there are in a state, and name the absent parts."""
+    count, absent = len(bodies_with_imu(robot)), describe_absent(robot)
+    return f"IMUs: {count} of {count} {state}.{absent and f' {absent}.'}"
+
+
 def list_absent(robot: RobotModel) -> list[str]:
     """Name the absent parts."""
     there = bodies_of(robot)

@@ -27,7 +27,7 @@ from tfsat_host.preflight.preflight_check import PreflightCheck, judge, not_made
 from tfsat_host.preflight.preflight_evidence import Evidence, require
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
-from tfsat_host.robot.absent_parts import bodies_of, bodies_with_imu, describe_absent
+from tfsat_host.robot.absent_parts import bodies_of, bodies_with_imu, describe_imus
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 MAX_BIAS_DEG_S = 20.0
@@ -65,8 +65,7 @@ def check_imus(evidence: Evidence) -> PreflightCheck:
             " and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
             "switch the power off and on.",
         ),
-        f"IMUs: {len(sensed)} of {len(sensed)} valid in {len(counts.t_us)} samples"
-        + (f". {absent}." if (absent := describe_absent(evidence.robot)) else "."),
+        describe_imus(evidence.robot, f"valid in {len(counts.t_us)} samples"),
         who_am_i=[f"{byte:02x}" for byte in who],
         samples=len(counts.t_us),
         valid_samples=counts.imu_valid.sum(axis=0).tolist(),

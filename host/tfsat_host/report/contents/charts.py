@@ -104,7 +104,7 @@ def unexplained_chart(evaluation: Evaluation) -> Chart:
     )
 
 
-def bodies_of(evaluation: Evaluation) -> tuple[tuple[Kind, Multibody], ...]:
+def models_of(evaluation: Evaluation) -> tuple[tuple[Kind, Multibody], ...]:
     """Return the nominal and the fitted multibody model."""
     explained = evaluation.explained
     offsets = explained.driven.offsets
@@ -117,7 +117,7 @@ def momentum_chart(evaluation: Evaluation) -> Chart:
     rows = evaluation.motion.t_s >= kinematics.t_s[0]
     sides: list[Side] = [
         (kind, pad_rows(rows, PER_KG_M2_S * inertial_momentum(body, kinematics)), None)
-        for kind, body in bodies_of(evaluation)
+        for kind, body in models_of(evaluation)
     ]
     return Chart(
         "momentum_raw",
@@ -156,13 +156,13 @@ def averages_of(evaluation: Evaluation) -> tuple[tuple[Kind, MovingAverage], ...
     kinematics = evaluation.explained.driven.flown
     # A window longer than the record would leave no value at all.
     size = min(PAPER_SIZE, len(kinematics.t_s))
-    return tuple((kind, averaged_momentum(body, kinematics, size)) for kind, body in bodies_of(evaluation))
+    return tuple((kind, averaged_momentum(body, kinematics, size)) for kind, body in models_of(evaluation))
 
 
 def momentum_spectrum_chart(evaluation: Evaluation) -> Chart:
     """Build the chart with the momentum's spectrum, computed from every sample."""
     kinematics = evaluation.explained.driven.flown
-    before, after = (PER_KG_M2_S * inertial_momentum(body, kinematics) for _, body in bodies_of(evaluation))
+    before, after = (PER_KG_M2_S * inertial_momentum(body, kinematics) for _, body in models_of(evaluation))
     return spectrum_chart(
         "momentum_spectrum",
         "Spectrum of the momentum",
