@@ -15,12 +15,14 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.verdict import VERDICT
 from tfsat_host.quantity import json_objects, record
+from tfsat_host.robot import default_robot_path
 from tfsat_host.run import EvaluationOptions, Run
 from tfsat_host.run.bundle.reproducing import reproduce
 from tfsat_host.run.campaign import adding, campaign_folder
 from tfsat_host.run.campaign import campaign_report as reporting
 from tfsat_host.run.certificate_check import CERTIFICATE_STATE
 from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several
+from tfsat_host.run.files import command_options
 
 
 class MessageList:
@@ -112,3 +114,12 @@ def test_several_drops_are_evaluated_or_refused_each(run: Path) -> None:
     assert not isinstance(good, Refused) and good.verdict.level == "good"
     assert isinstance(refused, Refused) and refused.verdict.level == "failed"
     assert Comparison.of([good]) is None
+
+
+def test_what_is_missing_is_measured_with_the_robot_of_the_run(run: Path) -> None:
+    """The shipped robot needs no name; a smaller one would be measured for parts that it has not."""
+    measured = ("--out", str(run / CERTIFICATE))
+    (run / "robot.toml").write_bytes(default_robot_path().read_bytes())
+    assert command_options(run / CERTIFICATE, emulated=False) == measured
+    (run / "robot.toml").write_text("another", encoding="utf-8")
+    assert command_options(run / CERTIFICATE, emulated=False) == (*measured, "--robot", "run/robot.toml")

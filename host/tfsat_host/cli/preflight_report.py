@@ -19,15 +19,13 @@ from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.serial_ports import BoardName, PortError, PortProblem, port_variable
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import Interrupted, TfsatError
-from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight import PreflightCheck
 from tfsat_host.preflight.board_queries import ask_boards
 from tfsat_host.preflight.logger_queries import WATCH_S, Trace
 from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence
 from tfsat_host.present.output import Output
-from tfsat_host.robot import default_robot_path
-from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER, command_options
+from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER, command_options, robot_options
 from tfsat_host.run.prepared_run import PreparedRun
 
 _NOTHING_LEFT = "Sequencer unchanged, no recording of this preflight left on the card."
@@ -128,17 +126,14 @@ def complete_steps(
         emulated: Whether the robot is an emulated one.
     """
     file = Path(certificate or (EMULATED_CERTIFICATE if emulated else CERTIFICATE))
-    of_certificate = command_options(file, emulated=args.emulated)
-    # What a smaller robot lacks is missed by commands that take it for the shipped one.
-    shipped = sha256_of(robot) == sha256_of(default_robot_path())
-    of_robot = () if shipped else ("--robot", str(robot))
+    of_certificate = command_options(file, robot, emulated=args.emulated)
 
     def complete(step: NextStep) -> NextStep:
         arguments = tuple(str(maneuver) if word == MANEUVER else word for word in step.arguments)
         if step.command.startswith("calibrate "):
-            arguments += (*of_certificate, *of_robot)
+            arguments += of_certificate
         if step.command == "acceptance":
-            arguments += of_robot
+            arguments += robot_options(robot)
         return complete_command(NextStep(step.command, arguments), args)
 
     return tuple(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.file_hash import sha256_of
 from tfsat_host.maneuver import Defect, ManeuverError, Schedule, read_maneuver, schedule_maneuver
 from tfsat_host.next_step import Advice, NextStep
 
@@ -189,11 +190,22 @@ def find_certificate(named: Path | None, *folders: Path, emulated: bool) -> Path
     return next((folder / name for folder in folders if (folder / name).is_file()), None)
 
 
-def command_options(file: Path, *, emulated: bool) -> tuple[str, ...]:
-    """Return the options that make a `calibrate` command use that certificate; none where none is needed."""
+def command_options(file: Path, robot: Path | None = None, *, emulated: bool) -> tuple[str, ...]:
+    """Return the options that make a `calibrate` command use that certificate; none where none is needed.
+
+    `robot` is its robot's file; None: the one beside the certificate, if any.
+    """
     default = Path(EMULATED_CERTIFICATE if emulated else CERTIFICATE)
     out = () if file.resolve() == default.resolve() else ("--out", str(file))
-    return (*out, *(("--emulated",) if emulated else ()))
+    return (*out, *robot_options(robot or robot_beside(file.parent)), *(("--emulated",) if emulated else ()))
+
+
+def robot_options(robot: Path | None) -> tuple[str, ...]:
+    """Return the options by which a command takes a robot file; none for the shipped one, which it takes by default."""
+    from tfsat_host.robot import default_robot_path
+
+    shipped = robot is None or sha256_of(robot) == sha256_of(default_robot_path())
+    return () if shipped else ("--robot", str(robot))
 
 
 def rehearsed_files(folder: Path) -> dict[str, str]:
