@@ -30,7 +30,7 @@ from tfsat_host.sdlog.log_summary import METADATA
 from tfsat_host.sdlog.protobuf_rows import FRAME_TRANSFORM, RowEncoder, foxglove_kind, message_class
 
 NO_FRAMES = BodyFrames((), (), ())
-SENSORS = [f"/joint_{joint}/sensors" for joint in (1, 2, 3)]
+ANGLES = [f"joint{joint}_sensor{number}_deg" for joint in (1, 2, 3) for number in (1, 2)]
 
 Topics = dict[str, list[tuple[int, Any]]]
 
@@ -76,10 +76,9 @@ def test_every_reading_comes_back(log: DropLog, tmp_path: Path) -> None:
         warmth = [m.temperature_c for _, m in messages]
         np.testing.assert_allclose(warmth, log.temperature_c[:, body], rtol=1e-14)
         assert [m.clipped for _, m in messages] == log.clipped[:, body].tolist()
-    for joint, topic in enumerate(SENSORS):
-        assert [time_ns for time_ns, _ in topics[topic]] == times_ns
-        angles = np.radians([(message.sensor1_deg, message.sensor2_deg) for _, message in topics[topic]])
-        np.testing.assert_allclose(angles, log.sensor_angle_rad[:, 2 * joint : 2 * joint + 2], rtol=1e-14)
+    assert [time_ns for time_ns, _ in topics["/angle_sensors"]] == times_ns
+    angles = np.radians([[getattr(m, name) for name in ANGLES] for _, m in topics["/angle_sensors"]])
+    np.testing.assert_allclose(angles, log.sensor_angle_rad, rtol=1e-14)
 
 
 def test_switches_are_told_where_they_change_and_ten_times_a_second(log: DropLog, tmp_path: Path) -> None:
@@ -100,10 +99,10 @@ def test_switches_are_told_where_they_change_and_ten_times_a_second(log: DropLog
 
 def test_invalid_readings_are_left_out(log: DropLog, tmp_path: Path) -> None:
     imu_valid, angle_valid, clipped = log.imu_valid.copy(), log.angle_valid.copy(), log.clipped.copy()
-    # Body 2 for ten samples, body 4 throughout, one angle, and two clip flags.
+    # Body 2 for ten samples, body 4 throughout, one angle and all angles of a sample, and two clip flags.
     imu_valid[10:20, 1] = False
     imu_valid[:, 3] = False
-    angle_valid[5, 2] = angle_valid[7, 2] = angle_valid[7, 3] = False
+    angle_valid[5, 2] = angle_valid[7] = False
     clipped[30, 0] = clipped[40, 2] = True
     holed = replace(log, imu_valid=imu_valid, angle_valid=angle_valid, clipped=clipped)
     # Without frames: the test is about readings.
@@ -113,11 +112,10 @@ def test_invalid_readings_are_left_out(log: DropLog, tmp_path: Path) -> None:
     np.testing.assert_allclose(np.radians(rate), log.rate_rad_s[imu_valid[:, 1], 1, 0], rtol=1e-14)
     # A sensor without a single reading has no topic.
     assert "/body_4/imu" not in topics
-    # Beside a sensor that answered the other one's missing reading is no number; without both there is no message.
-    second = topics[SENSORS[1]]
-    assert len(second) == len(log) - 1
-    assert [row for row, (_, m) in enumerate(second) if np.isnan(m.sensor1_deg)] == [5]
-    assert not np.isnan([m.sensor2_deg for _, m in second]).any()
+    # Beside a sensor that answered another one's missing reading is no number; without any there is no message.
+    shown = np.array([[getattr(m, name) for name in ANGLES] for _, m in topics["/angle_sensors"]])
+    assert len(shown) == len(log) - 1
+    assert np.argwhere(np.isnan(shown)).tolist() == [[5, 2]]
     assert len(topics["/body_1/imu"]) == len(log)
     for body, row in ((1, 30), (3, 40)):
         assert [i for i, (_, m) in enumerate(topics[f"/body_{body}/imu"]) if m.clipped] == [row]
@@ -196,7 +194,7 @@ def test_quick_looks_are_marked_in_their_channels(tmp_path: Path) -> None:
         marked = channel.metadata.get("quality") == QUICK_LOOK
         # Quick looks are marked; what the sensors said is not.
         assert marked is channel.topic.startswith("/quick_look/")
-    assert len(summary.channels) == 3 + 4 + 3 + 3 + 4
+    assert len(summary.channels) == 3 + 4 + 1 + 3 + 4
 
 
 def test_schemas_are_whole_and_foxglove_s_own(tmp_path: Path) -> None:

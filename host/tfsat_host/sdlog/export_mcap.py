@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray, IntArray
-from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
 from tfsat_host.quantity import record
 
 from .droplog import CountColumn, DropLog, physical_columns
@@ -55,7 +55,8 @@ Encode = Callable[[slice], list[bytes]]
 
 _MESSAGES = {
     "Imu": "rate_deg_s:vector specific_force_m_s2:vector temperature_c:double clipped:bool",
-    "AngleSensors": "sensor1_deg:double sensor2_deg:double",
+    "AngleSensors": "joint1_sensor1_deg:double joint1_sensor2_deg:double joint2_sensor1_deg:double "
+    "joint2_sensor2_deg:double joint3_sensor1_deg:double joint3_sensor2_deg:double",
     "JointAngle": "angle_deg:double",
     "ReleaseSwitches": "switch1_open:bool switch2_open:bool",
     "Event": "t_us:uint64 t_s:double event:string index:uint32 arg:uint32 value:int32",
@@ -288,12 +289,11 @@ def _channels(log: DropLog, frames: BodyFrames, make: Channels) -> Iterator[Chan
         own = [column for column in columns if column.name.startswith(f"imu{body + 1}_")]
         of_body: list[CountColumn | BoolArray] = [*own, log.clipped[:, body]]
         yield make.of_samples(f"/body_{body + 1}/imu", kinds["Imu"], log, own[0].valid, of_body)
-    for joint in range(JOINT_COUNT):
-        first, second = (column for column in columns if column.name.startswith(f"joint{joint + 1}_"))
-        # Both in one message: a recording of ten minutes has half a million fewer.
-        answered = first.valid | second.valid
-        topic = f"/joint_{joint + 1}/sensors"
-        yield make.of_samples(topic, kinds["AngleSensors"], log, answered, [first, second])
+    # All in one message: a recording of ten minutes has 840,000 fewer.
+    answered = log.angle_valid.any(axis=1)
+    yield make.of_samples(
+        "/angle_sensors", kinds["AngleSensors"], log, answered, columns[-ANGLE_SENSOR_COUNT:]
+    )
     # Quick-look topics have a prefix of their own: they rest on no calibration.
     for track in frames.joints:
         angles_deg = np.rad2deg(track.angle_rad)[:, None]
