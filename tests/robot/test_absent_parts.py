@@ -109,6 +109,7 @@ def test_absent_parts_are_named(tmp_path: Path) -> None:
             "in the order of",
         ),
         ({"angle_sensors": load_robot().angle_sensors[:5]}, "it has not two angle sensors for each joint"),
+        ({"joint_inner": np.array([1, 2, 0])}, "its joints do not join body 1 to 2, 2 to 3"),
         ({"imus": (load_robot().imus[0],) * 2}, "a body of it has several IMUs"),
     ],
 )

@@ -45,9 +45,12 @@ def fill_places(robot: RobotModel) -> RobotModel:
     Raises:
         TfsatError: it has more of something, or a part for which the boards have no place.
     """
+    chain = [{joint, joint + 1} for joint in range(robot.n_joints)]
+    ends = zip(robot.joint_inner.tolist(), robot.joint_outer.tolist(), strict=True)
     pairs = [joint for joint in range(robot.n_joints) for _ in range(_PER_JOINT)]
     problems = {
         f"it has {robot.n_bodies} bodies": not 2 <= robot.n_bodies <= IMU_COUNT,
+        "its joints do not join body 1 to 2, 2 to 3 and so on": [{*pair} for pair in ends] != chain,
         "it has fewer than two IMUs, and nothing would check the one": len(robot.imus) < 2,
         "a body of it has several IMUs": len({imu.body for imu in robot.imus}) < len(robot.imus),
         "it has not two angle sensors for each joint, in the order of the joints": pairs

@@ -290,7 +290,7 @@ def _channels(log: DropLog, frames: BodyFrames, make: Channels) -> Iterator[Chan
         of_body: list[CountColumn | BoolArray] = [*own, log.clipped[:, body]]
         yield make.of_samples(f"/body_{body + 1}/imu", kinds["Imu"], log, own[0].valid, of_body)
     # All in one message: a recording of ten minutes has 840,000 fewer.
-    answered = log.angle_valid.any(axis=1)
+    answered = np.any(log.angle_valid, axis=1)
     yield make.of_samples(
         "/angle_sensors", kinds["AngleSensors"], log, answered, columns[-ANGLE_SENSOR_COUNT:]
     )
