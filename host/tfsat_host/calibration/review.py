@@ -24,7 +24,8 @@ from tfsat_host.calibration.certificate.certificate import (
     summarize_shortcomings,
 )
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
-from tfsat_host.calibration.findings import VALUES, certificate_values
+from tfsat_host.calibration.finding_tables import VALUES
+from tfsat_host.calibration.findings import certificate_values
 from tfsat_host.calibration.servos.servo_findings import DYNAMICS
 from tfsat_host.calibration.steps.evidence import sha256
 from tfsat_host.next_step import Advice, NextStep

@@ -220,7 +220,7 @@ def give_result(
     out: Output,
 ) -> None:
     """Print the command's result, from the steps kept and the calibration before it began."""
-    from tfsat_host.calibration.findings import StepsResult
+    from tfsat_host.calibration.finding_tables import StepsResult
     from tfsat_host.calibration.review import CERTIFICATE
 
     calibration = campaign.calibration
