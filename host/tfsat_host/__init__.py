@@ -20,6 +20,10 @@ __all__ = ["DropLog", "EvaluationOptions", "Run", "__version__", "load"]
 __version__ = "0.2.0"
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def __getattr__(name: str) -> Any:
     """Imports decoder and evaluation, and with them numpy, only when they are asked for."""
     if name in ("DropLog", "load"):

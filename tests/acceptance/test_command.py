@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 
@@ -21,6 +21,7 @@ from tfsat_host.acceptance.page import render_page
 from tfsat_host.acceptance.record import read_acceptance
 from tfsat_host.cli import acceptance as command
 from tfsat_host.cli.main import main
+from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.errors import TfsatError
 from tfsat_host.robot import load_robot
 
@@ -48,6 +49,69 @@ def test_a_fault_is_named_on_the_screen_and_refused(tfsat_host: RunCli) -> None:
     assert again.stderr.count("done before") == 4
     assert "ACCEPTED: 8 of 8" in again.stdout
     assert tfsat_host("acceptance", "--emulated", "--only", "switches").stderr.count("done before") == 6
+
+
+def test_what_rests_on_a_mended_step_is_done_again_at_once(tfsat_host: RunCli) -> None:
+    done = tfsat_host("acceptance", "--emulated", "--fault", "imu-1-turned", expect=4)
+    assert done.stdout.rstrip().splitlines()[-1].startswith("NOT ACCEPTED: motion (7 of 8")
+    again = tfsat_host("acceptance", "--emulated")
+    assert again.stderr.count("done before") == 4
+    assert "ACCEPTED: 8 of 8" in again.stdout
+    # Asked for alone, it ends what rests on it, and nothing is there to mend.
+    alone = tfsat_host("acceptance", "--emulated", "--only", "motion", expect=4).stdout
+    assert alone.rstrip().splitlines()[-1].startswith("NOT ACCEPTED: servos, supply (6 of 8")
+    assert "Next: tfsat-host acceptance --emulated (done steps are kept)" in alone
+
+
+def test_a_step_that_is_asked_for_again_counts_no_more_once_it_is_interrupted(
+    tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tfsat_host("acceptance", "--emulated")
+    with monkeypatch.context() as patched:
+        patched.setattr(Bench, "read", raising(KeyboardInterrupt()))
+        stopped = tfsat_host("acceptance", "--emulated", "--only", "rest", expect=130).stderr
+    assert "7 of 8 steps are kept" in stopped
+    again = tfsat_host("acceptance", "--emulated")
+    assert again.stderr.count("done before") == 6
+    assert "Step 2 of 8: IMUs at rest: done before" not in again.stderr
+
+
+def test_a_lost_link_ends_the_session_with_the_command_that_goes_on(
+    tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lost = PortError(
+        PortProblem.LOST, what="The connection on robot/logger was lost.", next_step="Plug it in."
+    )
+    monkeypatch.setattr(Bench, "read", raising(lost))
+    stopped = tfsat_host("acceptance", "--emulated", expect=130).stderr
+    assert "The connection on robot/logger was lost." in stopped
+    assert "1 of 8 steps are kept" in stopped
+    assert "Go on at this step: tfsat-host acceptance --emulated" in stopped
+
+
+def test_axes_wait_until_each_imu_is_on_its_body(tfsat_host: RunCli) -> None:
+    """One on another body is not held against this body's mounting: that would be written into the robot file."""
+    faults = ("--fault", "imu-3-4-swapped", "--fault", "imu-4-upside-down")
+    shown = tfsat_host("acceptance", "--emulated", "--only", "motion", *faults, expect=4).stdout
+    assert "IMU 3 answers where IMU 4 belongs" in shown
+    assert "imu-axes: It waits for imus-by-body" in shown
+    assert "sensor_to_body" not in shown
+
+
+def test_a_fast_sequencer_strokes_early(tfsat_host: RunCli) -> None:
+    fault = ("--only", "switches", "time", "--fault", "clock-off")
+    result = json.loads(tfsat_host("acceptance", "--emulated", "--json", *fault, expect=4).stdout)
+    checks = {check["name"]: check for step in result["steps"] for check in step["checks"]}
+    evidence = checks["clock-ratio"]["evidence"]
+    assert evidence["rate_ppm"] == pytest.approx(2000.0, abs=60.0)
+    assert evidence["at_last_stroke_us"] == pytest.approx(-2.42 * 2000.0, abs=150.0)
+
+
+def raising(error: BaseException) -> Callable[..., NoReturn]:
+    def fail(*_: object) -> NoReturn:
+        raise error
+
+    return fail
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from tests.sdlog.encoder import ALL_VALID, Recorder
 from tests.sdlog.test_values import write
+from tfsat_host.quantity import record
 from tfsat_host.sdlog import DropLog, load, log_errors
+from tfsat_host.sdlog.log_summary import METADATA
 
 
 @pytest.fixture
@@ -44,6 +48,15 @@ def test_a_dataset_is_labelled_by_body_axis_and_sensor(log: DropLog) -> None:
     assert data["sensor_angle_deg"].sel(sensor="3b").isnull().all()
     assert data["t_s"].attrs["units"] == "s"
     assert data.attrs["session"] == f"{log.session:08x}"
+
+
+def test_a_dataset_is_kept_as_netcdf(log: DropLog, tmp_path: Path) -> None:
+    log.to_xarray().to_netcdf(tmp_path / "SD.nc", engine="scipy")
+    again = xr.open_dataset(tmp_path / "SD.nc", engine="scipy", decode_times=False)
+    np.testing.assert_array_equal(
+        again["rate_deg_s"].sel(body=1, axis="y"), np.rad2deg(log.rate_rad_s[:, 0, 1])
+    )
+    assert json.loads(again.attrs["header"])["rate_hz"] == record(METADATA, log)["header"]["rate_hz"]
 
 
 @pytest.mark.parametrize("extra", ["pandas", "xarray"])

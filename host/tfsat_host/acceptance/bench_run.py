@@ -120,7 +120,8 @@ def judge_time(log: DropLog, schedule: Schedule) -> list[PreflightCheck]:
 
 def _judge_ratio(clock: ClockFit, schedule: Schedule) -> PreflightCheck:
     """Judge the ratio of the clocks, and say what it moves the last stroke by."""
-    shift_us = 1e6 * schedule.strokes[-1].t_s * (1.0 / clock.slope - 1.0)
+    # A Micro that runs fast strokes early.
+    shift_us = 1e6 * schedule.strokes[-1].t_s * (clock.slope - 1.0)
     rate = f"{clock.rate_ppm:+.1f} ± {clock.rate_ppm_std:.1f} ppm"
     return judge(
         [rate] if abs(clock.rate_ppm) > CRYSTAL_PPM else [],

@@ -16,6 +16,7 @@ from tfsat_host.acceptance.record import Acceptance, StepResult
 from tfsat_host.acceptance.servo_check import check_servos, closed_readings
 from tfsat_host.acceptance.switch_wiring import check_switches
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
+from tfsat_host.devices.serial_ports import PortError
 from tfsat_host.errors import Interrupted, TfsatError, UsageError
 from tfsat_host.preflight.checks.card import judge_recording
 from tfsat_host.preflight.logger_queries import Trace, judge_trial, record_and_remove
@@ -86,11 +87,10 @@ def _motion(bench: Bench, _before: Acceptance) -> Made:
         return [*made, ("imus-by-body", _see("imus-answer"))]
     turned = [imu_wiring.turned_rad(samples) for samples in joints]
     up, about_x = tilt.accel_m_s2[still].mean(axis=0), imu_wiring.turned_rad(tilt)
-    return [
-        ("imus-by-body", imu_wiring.check_places(turned, answers)),
-        ("imu-axes", imu_wiring.check_axes(up, about_x, answers, bench.robot)),
-        *made,
-    ]
+    places = imu_wiring.check_places(turned, answers)
+    # Of an IMU on another body the robot file says nothing.
+    axes = _see("imus-by-body") if places.blocks else imu_wiring.check_axes(up, about_x, answers, bench.robot)
+    return [("imus-by-body", places), ("imu-axes", axes), *made]
 
 
 def _read_motion(
@@ -209,11 +209,12 @@ def _see(check: str) -> PreflightCheck:
 
 
 def make_step(step: AcceptanceStep, bench: Bench, before: Acceptance) -> StepResult:
-    """Do a step; what a board refuses, or a lost link to the logger, is its finding.
+    """Do a step; what a board refuses is its finding.
 
     Raises:
         Interrupted, KeyboardInterrupt: a person ended the session.
         StillArmed: the sequencer could not be disarmed.
+        PortError: the link to a board broke; the sequencer was disarmed.
         UsageError: there is nobody to ask.
     """
     try:
@@ -223,7 +224,7 @@ def make_step(step: AcceptanceStep, bench: Bench, before: Acceptance) -> StepRes
     except BaseException as error:
         # Whatever went wrong, nothing stays armed or driven.
         bench.disarm()
-        if not isinstance(error, TfsatError) or isinstance(error, Interrupted | UsageError):
+        if not isinstance(error, TfsatError) or isinstance(error, Interrupted | PortError | UsageError):
             raise
         made = [(step.name, no_go(f"{step.title}: {error.what} {error.meaning}".rstrip(), error.next_step))]
     checks = tuple(replace(check, name=name) for name, check in made)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import signal
 import time
-from collections.abc import Container, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
@@ -79,12 +79,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         name = EMULATED_FILE if bench.logger.identity.runs_natively else FILE
         file = (args.out or Path()) / name
         check_may_write(file, marker=MADE_BY.encode(), force=args.force)
-        acceptance = _begin(file, args, bench, out)
-        # What boards and card are ready for is of now, not of when the acceptance began.
-        to_do = (
-            {"boards", *(args.only or acceptance.remaining)} if args.only or acceptance.remaining else set()
-        )
-        acceptance = _do_steps(acceptance, to_do, file, bench, out)
+        acceptance = _do_steps(_begin(file, args, bench, out), args.only or (), file, bench, out)
     page = file.with_suffix(".html")
     columns = record(COLUMNS, acceptance)
     out.result({**columns, "file": str(file), "page": str(page)}, partial(_show, acceptance, page, out))
@@ -124,49 +119,59 @@ def _begin(file: Path, args: argparse.Namespace, bench: Bench, out: Output) -> A
     if before.sequencer.serial != sequencer.serial:
         out.note(f"The sequencer is another one: {', '.join(OF_SEQUENCER)} are done again; all else is kept.")
         before = before.without(OF_SEQUENCER)
-    return replace(before, sequencer=sequencer, logger=logger)
+    # What is asked for again counts no more, even if it is interrupted.
+    return replace(before.without(args.only or ()), sequencer=sequencer, logger=logger)
 
 
 def _do_steps(
-    acceptance: Acceptance, to_do: Container[str], file: Path, bench: Bench, out: Output
+    acceptance: Acceptance, only: Collection[str], file: Path, bench: Bench, out: Output
 ) -> Acceptance:
-    """Do these steps; each is written, with the page, before the next begins.
+    """Do `only` these steps, or all that are left; each is written, with the page, before the next begins.
 
-    Raises Interrupted: a person ended the session.
+    Raises Interrupted: a person ended the session, or the link to a board broke.
     """
-    from tfsat_host.acceptance.page import render_page
-    from tfsat_host.acceptance.record import write_acceptance
     from tfsat_host.acceptance.steps import STEPS, make_step
-    from tfsat_host.whole_file import write_whole
+    from tfsat_host.devices.serial_ports import PortError
 
-    done = {step.name for step in acceptance.steps}
+    # What boards and card are ready for is of now, not of when the acceptance began.
+    begins = {"boards"} if only or acceptance.remaining else set()
     try:
         for number, step in enumerate(STEPS, 1):
             heading = f"Step {number} of {len(STEPS)}: {step.title}"
-            if step.name not in to_do:
-                out.note(f"{heading}: {'done before' if step.name in done else 'not asked for'}")
+            # A step may end what rests on it: what is left is looked up anew each time.
+            if step.name not in {*begins, *(only or acceptance.remaining)}:
+                done = step.name in {result.name for result in acceptance.steps}
+                out.note(f"{heading}: {'done before' if done else 'not asked for'}")
                 continue
             again = True
             while again:
                 out.note(f"\n{heading}")
                 result = make_step(step, bench, acceptance)
                 acceptance = acceptance.with_step(result)
-                write_acceptance(acceptance, file)
-                write_whole(file.with_suffix(".html"), render_page(acceptance).encode())
+                _keep(acceptance, file)
                 _tell(result, out)
                 again = not result.passed and out.can_ask and _ask(out, "r: repeat it", "r") == "r"
-    except (KeyboardInterrupt, Interrupted) as error:
-        kept = (
-            f"{len(acceptance.steps)} of {len(STEPS)} steps are kept in {file}"
-            if acceptance.steps
-            else "Nothing is kept"
-        )
+    except (KeyboardInterrupt, Interrupted, PortError) as error:
+        kept = "Nothing is kept"
+        if acceptance.steps:
+            _keep(acceptance, file)
+            kept = f"{len(acceptance.steps)} of {len(STEPS)} steps are kept in {file}"
         raise Interrupted(
-            what="Interrupted.",
+            what=error.what if isinstance(error, PortError) else "Interrupted.",
             meaning=f"{kept}; nothing is armed, no joint is driven.",
             next_step=Advice("Go on at this step: ", NextStep("acceptance")),
         ) from error
     return acceptance
+
+
+def _keep(acceptance: Acceptance, file: Path) -> None:
+    """Write record and page."""
+    from tfsat_host.acceptance.page import render_page
+    from tfsat_host.acceptance.record import write_acceptance
+    from tfsat_host.whole_file import write_whole
+
+    write_acceptance(acceptance, file)
+    write_whole(file.with_suffix(".html"), render_page(acceptance).encode())
 
 
 def _tell(result: StepResult, out: Output) -> None:
@@ -192,7 +197,8 @@ def _show(acceptance: Acceptance, page: Path, out: Output) -> None:
         out.line(f"{check.name}: {check.sentence}")
     out.line(f"Page: {page}")
     if acceptance.remaining:
-        out.line(Advice("Next: mend that, then ", NextStep("acceptance"), " (done steps are kept)"))
+        mend = "mend that, then " if wrong else ""
+        out.line(Advice(f"Next: {mend}", NextStep("acceptance"), " (done steps are kept)"))
     else:
         out.line(
             Advice("Steps again: ", NextStep("acceptance", ("--only", "STEP")), "; all of them: --force")

@@ -47,7 +47,8 @@ def _list(args: argparse.Namespace, out: Output) -> int:
         recordings = LoggerRecordings.of(logger)
     if args.emulated:
         serving = Advice("The robot of --emulated records nothing. For a recording: ", NextStep("emulate"))
-        out.note(Advice(serving, ", then in another terminal ", NextStep("record start")))
+        # As it is: with --emulated it would be the robot of that command's own process.
+        out.note(Advice(serving, f", then in another terminal {NextStep('record start')}"))
     out.result(record(RECORDINGS, recordings), lambda: recordings.show(out))
     if recordings.status.ram_holds_drop:
         out.warn(RAM_WARNING)

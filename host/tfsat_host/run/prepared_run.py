@@ -145,7 +145,9 @@ class PreparedRun:
         if not accepted.steps:
             return Missing(f"{file} holds no step yet.", again)
         serials = accepted.sequencer.serial, accepted.logger.serial
-        return AcceptedRobot(str(file), accepted.steps[-1].at, *serials, accepted.remaining)
+        return AcceptedRobot(
+            str(file), accepted.steps[-1].at, *serials, accepted.robot_sha256, accepted.remaining
+        )
 
     def facility(self) -> tuple[FacilityCheck, ...] | Missing:
         """Check the maneuver against the facility's limits."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,7 +55,7 @@ def to_dataframe(log: DropLog) -> pd.DataFrame:
 def to_xarray(log: DropLog) -> xr.Dataset:
     """Return the same by `t_s`, body (1 to 4), axis, angle sensor (1a to 3b) and switch (1, 2).
 
-    Each variable's `attrs["units"]` has its unit, the dataset's `attrs` the recording's metadata.
+    Each variable's `attrs["units"]` has its unit, the dataset's `attrs` the recording's metadata, nested ones as JSON.
 
     Raises:
         MissingExtraError: xarray is not installed.
@@ -77,4 +78,9 @@ def to_xarray(log: DropLog) -> xr.Dataset:
         "sensor": sensors,
         "switch": range(1, SWITCH_COUNT + 1),
     }
-    return xr.Dataset(variables, coordinates, attrs=record(METADATA, log))
+    # What netCDF can keep: text and numbers, all else as JSON.
+    facts = {
+        name: value if type(value) in (str, int, float) else json.dumps(value)
+        for name, value in record(METADATA, log).items()
+    }
+    return xr.Dataset(variables, coordinates, attrs=facts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tfsat_host.devices.arm_refusal import describe_defects, fault_latched, first_defect
+from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.preflight_check import (
     GoNoGo,
@@ -119,6 +120,9 @@ def check_acceptance(evidence: Evidence) -> PreflightCheck:
     if (sequencer.serial, logger.serial) != (accepted.sequencer_serial, accepted.logger_serial):
         others = "logger" if sequencer.serial == accepted.sequencer_serial else "sequencer"
         return no_go(f"Acceptance: {accepted.file} is of another {others}.", again, **numbers)
+    # By fewer parts it would have looked at fewer wires.
+    if accepted.robot_sha256 != sha256_of(evidence.robot.path):
+        return no_go(f"Acceptance: {accepted.file} was held against another robot file.", again, **numbers)
     done = f"Acceptance of {accepted.at:%Y-%m-%d}"
     return judge(
         accepted.remaining, f"{done}: not passed: {{}}.", again, f"{done}: all steps passed.", **numbers
