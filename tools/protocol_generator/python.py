@@ -134,15 +134,10 @@ def _annotation(field: Field) -> str:
 def _record(struct: Struct) -> list[str]:
     doc = " ".join(struct.doc.split())
     lines = ["", "", f"class {struct.name}({'Record' if struct.type_id is None else 'Payload'}):"]
-    if struct.fields:
-        lines += [f'    """{doc}', "", "    Attributes:"]
-        lines += [f"        {field.name}: {field.doc}" for field in struct.fields]
-        lines += ['    """', ""]
-    else:
-        lines += [f'    """{doc}"""', ""]
+    lines += [f'    """{doc}"""', ""]
     if struct.type_id is not None:
         lines += [f"    TYPE = 0x{struct.type_id:02X}"]
-    return lines + [f"    {field.name}: {_annotation(field)}" for field in struct.fields]
+    return lines + [f"    {field.name}: {_annotation(field)}  # {field.doc}" for field in struct.fields]
 
 
 def _messages(spec: Spec) -> str:
