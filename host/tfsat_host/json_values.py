@@ -111,9 +111,7 @@ _READERS: dict[Any, Callable[[Any], Any]] = {
 def jsonable(value: Any, show: Callable[[str], str] = str) -> Any:
     """Return plain JSON: paths, enums and numpy values become text, numbers and lists; NaN becomes null.
 
-    Args:
-        value: Any value of these.
-        show: Completes the commands of an `Advice`.
+    `show` completes the commands of an `Advice`.
     """
     if isinstance(value, Mapping):
         return {str(key): jsonable(item, show) for key, item in value.items()}

@@ -17,14 +17,9 @@ class MissingMatplotlibError(TfsatError):
 
 
 def check_matplotlib(option: str, instead: str) -> None:
-    """Does nothing if figures can be drawn.
+    """Does nothing if figures, which `option` asks for, can be drawn; `instead` is what to do without them.
 
-    Args:
-        option: That asks for them.
-        instead: What to do without them.
-
-    Raises:
-        MissingMatplotlibError: they cannot.
+    Raises MissingMatplotlibError: they cannot.
     """
     if find_spec(MODULE) is None:
         raise MissingMatplotlibError(

@@ -32,10 +32,7 @@ def worker_pool(
 ) -> Iterator[Executor]:
     """Give an executor of `count` processes; of this one where the system has no shared memory for a pool.
 
-    Args:
-        count: Processes at most.
-        initializer: Called in each of them.
-        environment: Variables of the processes besides those of this one.
+    `initializer` is called in each of them; `environment` has variables besides those of this process.
 
     Raises:
         TfsatError: a process was ended from outside.

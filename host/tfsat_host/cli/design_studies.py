@@ -33,10 +33,7 @@ _SLOW_BELOW_DEG = 1.0  # finer grids take longer than a moment
 def show_grid(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
     """Shows the most efficient loop of every joint pair; writes all of them with `--out`, draws with `--figure`.
 
-    Args:
-        args: Those of `design`, with `grid` in deg.
-        robot: From whose start pose and within whose limits the loops are.
-        out: Where the result goes.
+    Loops start from the robot's start pose and stay within its limits; `args.grid` is in deg.
 
     Raises:
         UsageError: an option does not fit a grid.

@@ -53,12 +53,9 @@ maneuver:
 def add_maneuver_options(
     parser: argparse.ArgumentParser, usage: str, nothing_done: str = "Nothing was computed.", **kinds: Any
 ) -> None:
-    """Adds what a usage with `maneuver_usage` declares.
+    """Adds what a usage with `maneuver_usage` declares; `usage` and `kinds` as of `add_options`.
 
-    Args:
-        parser: Of the command.
-        usage, kinds: See `add_options`.
-        nothing_done: What a maneuver that is refused means for this command, one sentence.
+    `nothing_done` is a sentence: what a maneuver that is refused means for this command.
     """
     parser.set_defaults(nothing_done=nothing_done)
     add_options(parser, usage, a={"dest": "a_deg"}, b={"dest": "b_deg"}, **kinds)
@@ -137,9 +134,8 @@ def robot_from(args: argparse.Namespace, out: Output) -> RobotModel:
 def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> Maneuver:
     """Return the maneuver that the arguments name: a file or two angles, never both.
 
-    Args:
-        args: Parsed by a parser with `add_maneuver_options`.
-        robot: A B without `--speed` move at its servos' average speed; None: as in the drop experiment.
+    A B without `--speed` move at the average speed of the robot's servos; without a `robot` as in the drop
+    experiment.
 
     Raises:
         UsageError: both, or neither.

@@ -23,12 +23,7 @@ _MOVES_JOINTS = ("calibrate scale", "calibrate servo")
 
 
 def complete_command(step: NextStep, args: Namespace) -> NextStep:
-    """Add the options that this command was given and that one takes, unless it has them.
-
-    Args:
-        step: A command by its author's knowledge.
-        args: What was typed for the running command.
-    """
+    """Add to a command the options that the running one was given (`args`) and that it takes, unless it has them."""
     if "--help" in step.arguments:
         return step
     if getattr(args, "emulated", False) and "--port" in step.arguments:
@@ -43,13 +38,7 @@ def complete_command(step: NextStep, args: Namespace) -> NextStep:
 
 
 def advise_on_drop(place: Path, args: Namespace, out: Output) -> None:
-    """Complete commands for one drop of several from now on.
-
-    Args:
-        place: The drop, as typed.
-        args: What was typed for the running command.
-        out: Where the commands are shown.
-    """
+    """Complete commands for one drop of several, at `place` as typed, from now on."""
     of_drop = type(args)(**{**vars(args), "runs": [place]})
     out.complete_command = lambda step: complete_command(step, of_drop)
 

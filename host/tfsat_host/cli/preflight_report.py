@@ -117,13 +117,7 @@ def complete_steps(
 ) -> tuple[PreflightCheck, ...]:
     """Complete the checks' next steps with this command's options, ready to be typed.
 
-    Args:
-        checks: The judged checks.
-        args: The command's arguments.
-        maneuver: The run's maneuver file.
-        robot: Its robot's file.
-        certificate: The run's certificate; empty: there is none.
-        emulated: Whether the robot is an emulated one.
+    `maneuver` and `certificate` (empty: there is none) are the run's files, `robot` its robot's.
     """
     file = Path(certificate or (EMULATED_CERTIFICATE if emulated else CERTIFICATE))
     of_certificate = command_options(file, robot, emulated=args.emulated)

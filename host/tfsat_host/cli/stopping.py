@@ -58,8 +58,7 @@ def handle_signals(
 def stop_wish(*, before_suspension: bool = False) -> Iterator[StopWish]:
     """Gives the user's wish to stop.
 
-    Args:
-        before_suspension: Ctrl-Z is such a wish as well, for what must not go on unattended.
+    `before_suspension`: Ctrl-Z is such a wish as well, for what must not go on unattended.
     """
     wish = StopWish()
     suspension = [_SUSPEND] if before_suspension and _SUSPEND is not None else []

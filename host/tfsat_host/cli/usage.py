@@ -218,11 +218,8 @@ device:
 def add_options(parser: argparse.ArgumentParser, usage: str, **kinds: Any) -> None:
     """Adds all that a usage declares.
 
-    Args:
-        parser: Of a command, or of one of its actions.
-        usage: See above.
-        kinds: By an argument's name what its value is, where the usage does not say it: a function that reads the
-            text, or keywords of `add_argument`.
+    `kinds`: by an argument's name what its value is, where the usage does not say it: a function that reads
+    the text, or keywords of `add_argument`.
     """
     about, described, rows = usage.strip("\n").partition("\n\n")
     if described:

@@ -30,12 +30,8 @@ def arm_refusal(
 ) -> BoardError | None:
     """Predict the board's refusal of ARM in this state, in its order of reasons; None if it would accept.
 
-    Args:
-        status: The board's state now.
-        maneuver: What would fly.
-        settings: The servo settings in force.
-        joints_cdeg: Measured angles of joints 1 to 3, 0.01 deg, if they were measured. A report that
-            the board has from another host is not known here.
+    `joints_cdeg`: measured angles of joints 1 to 3, 0.01 deg, if they were measured. A report that the board
+    has from another host is not known here.
     """
     # The board's own order of checks, so that host and board give the same reason.
     if status.state == SequencerState.FAULT:

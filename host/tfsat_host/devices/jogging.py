@@ -119,13 +119,7 @@ class JogClient(SequencerClient):
     def tour(self, tour: JogTour, stopped: Callable[[], bool], watch: TourWatch) -> JogEnd:
         """Moves the joint from stop to stop, holds it at each, and lets it go; afterwards the board is safe.
 
-        Args:
-            tour: The stops; `check_tour` it first.
-            stopped: See `run`.
-            watch: Follows it.
-
-        Raises:
-            BoardRefusal, JogError, NoAnswer: see `run`.
+        `check_tour` it first. `stopped`, BoardRefusal, JogError, NoAnswer: see `run`.
         """
         start_cdeg = tour.stops_cdeg[0]
         # A jog from the start to the start: the first order only holds the joint where it is.

@@ -137,13 +137,7 @@ def session_of(block: bytes) -> int:
 
 
 def fetch_blocks(client: Client, entry: msg.LogEntry, spans: Iterable[Span], put: Put) -> Outcome:
-    """Has blocks of a recording sent until each has arrived.
-
-    Args:
-        client: The logger.
-        entry: The recording, as listed.
-        spans: Which blocks.
-        put: Given each block once.
+    """Has blocks of a listed recording sent until each has arrived; `put` is given each block once.
 
     Raises:
         BoardError: the recording is not there any more, or the logger records.

@@ -80,10 +80,7 @@ class Reading:
 def convert(sample: LiveSampleStream, scales: LiveReply, sensors: Sequence[AngleSensor]) -> Reading:
     """Convert a live sample to units for people.
 
-    Args:
-        sample: As it came.
-        scales: As the logger named them when live sampling was switched on.
-        sensors: Joint, direction and zero of the angle sensors, from the robot file.
+    `scales` are as the logger named them when live sampling was switched on, `sensors` as in the robot file.
     """
 
     def flag(bit: int) -> bool:
@@ -306,12 +303,8 @@ def watch(
 ) -> None:
     """Watches until it is stopped or the time is over; boards that are lost are waited for.
 
-    Args:
-        watched: The boards.
-        for_s: How long on their clock; None: for ever.
-        stopped: Whether to stop.
-        show: Given the time since the beginning, s, and the boards, each time that they are up to date.
-        take_back: Looks for the boards that are lost.
+    `for_s` is on the boards' clock; None: for ever. `show` is given the time since the beginning, s, and the
+    boards, each time that they are up to date. `take_back` looks for the boards that are lost.
     """
 
     started_s, real_s = watched.clock(), time.monotonic()

@@ -290,14 +290,7 @@ _OPENING = {
 
 
 def open_error(path: str, code: int | None, text: str, *, platform: str = sys.platform) -> PortError:
-    """Why the operating system did not open `path`.
-
-    Args:
-        path: The port that was asked for.
-        code: The operating system's errno, if it gave one.
-        text: Its words, for what is not foreseen.
-        platform: As `sys.platform`.
-    """
+    """Why the operating system did not open `path`; `text` are its words, for a `code` (errno) not foreseen."""
     problem = _BY_ERRNO.get(-1 if code is None else code, PortProblem.OTHER)
     if platform == "win32":
         problem = next((candidate for name, candidate in _WINDOWS.items() if name in text), problem)

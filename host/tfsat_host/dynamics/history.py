@@ -260,10 +260,7 @@ class Overshoot(NamedTuple):
 def overshoots(history: JointHistory) -> list[Overshoot]:
     """Find each joint's greatest excursion beyond the values at the ends of an interval between breaks.
 
-    Between two samples, a history should not lie far beyond them.
-
-    Args:
-        history: A history through samples.
+    Between two samples, a history through them should not lie far beyond them.
     """
     # A spline leaves its samples farthest where its rate is zero.
     breaks, turning = history.breaks_s, history.polynomial().derivative().roots(extrapolate=False)

@@ -223,10 +223,8 @@ def notices(
 ) -> list[str]:
     """Return notices where the motion or the figures may differ from what is expected, one sentence each.
 
-    Args:
-        simulation: The flight of a schedule or a history.
-        maneuver: The maneuver of the schedule, for the sequencer's verdict on it.
-        step_s: Step of the integration, if it was given.
+    `maneuver` is the schedule's, for the sequencer's verdict on it; `step_s` the integration's, if it was
+    given.
     """
     robot, motion = simulation.robot, simulation.motion
     if isinstance(motion, Schedule):

@@ -53,13 +53,9 @@ _ANGLE_NOISE_RAD = np.deg2rad(0.053)
 def careful_certificate(
     model: RobotModel, truth: Imperfections, seed: int, measured: datetime
 ) -> Calibration:
-    """Gyros, angle sensors and servos.
+    """Gyros, angle sensors and servos of a robot with these hidden errors.
 
-    Args:
-        model: The robot by design.
-        truth: Its hidden errors.
-        seed: For what the certificate is off by.
-        measured: When the day would have been.
+    `seed` draws what the certificate is off by; `measured` is when the day would have been.
     """
     # The second number makes a stream of its own: what is drawn here shifts no other draw of the seed.
     random = np.random.default_rng([seed, 5])
@@ -179,11 +175,7 @@ def careful_servo_maps(
     The board is taken to hold the factory settings, as in a rehearsal, so a servo's error is its true error.
     The ends of a joint's range are left out, because the joint lies against its stops there.
 
-    Args:
-        model: The robot by design, with pulses for every servo.
-        truth: Its hidden errors.
-        seed: For the servos' scatter and the sensors' noise.
-        measured: When the day would have been.
+    `seed` draws the servos' scatter and the sensors' noise; `measured` is when the day would have been.
     """
     return tuple(
         fit_servo_map(

@@ -36,11 +36,7 @@ def swing_motion(
 ) -> Motion:
     """Out and back, `SWING_CYCLES` times; comes back to within `operator.stopping_deg`, at last to where it began.
 
-    Args:
-        start_rad: The joint's angle now.
-        range_rad: (2,) its least and greatest angle.
-        operator: Whose.
-        random: Draws what the operator varies.
+    The joint is at `start_rad` now; `range_rad` (2,) has its least and greatest angle.
     """
     # Each swing's own amplitude: a person does not repeat a motion exactly.
     amplitude = np.deg2rad(SWING_DEG) * (1 + operator.variation * random.standard_normal(SWING_CYCLES))
@@ -54,12 +50,8 @@ def swing_motion(
 def sweep_motion(range_rad: FloatArray, operator: Operator, random: np.random.Generator) -> Motion:
     """Build a sweep of a joint through `SWEEP_STOPS_DEG`, repeated `SWEEP_ROUNDS` times.
 
-    The joint's present position stands in for the first stop.
-
-    Args:
-        range_rad: (2,) the joint's least and greatest angle; stops outside it are clipped to its ends.
-        operator: The operator who moves it.
-        random: Generator for the operator's variation.
+    The joint's present position stands in for the first stop. Stops outside its least and greatest angle,
+    `range_rad` (2,), are clipped to these.
     """
     # Where the joint is stands in for the first stop, so each round leaves it out.
     rounds = np.tile(np.deg2rad(SWEEP_STOPS_DEG[1:]), SWEEP_ROUNDS)

@@ -49,12 +49,9 @@ class Faults:
         self._unplug_absent()
 
     def imu(self, body: int, kind: ImuFault | None, other: int | None = None) -> None:
-        """Set or clear a fault of the IMU of a body (1 to 4).
+        """Set or clear (None) a fault of the IMU of a body (1 to 4).
 
-        Args:
-            body: Number of the body.
-            kind: The fault; None clears it.
-            other: For "swapped" only: the body whose plug is exchanged with this one's.
+        "swapped" exchanges its plug with that of body `other`.
         """
         _require("body", body, IMU_COUNT)
         _require_kind("IMUs", kind, get_args(ImuFault))
@@ -92,12 +89,9 @@ class Faults:
     def angle_sensor(
         self, index: int, kind: AngleSensorFault | None, turned_deg: float | None = None
     ) -> None:
-        """Set or clear a fault of an angle sensor (1 to 6, in the log's order: two per joint).
+        """Set or clear (None) a fault of an angle sensor (1 to 6, in the log's order: two per joint).
 
-        Args:
-            index: Number of the sensor.
-            kind: The fault; None clears it.
-            turned_deg: For "turned" only: the angle by which the magnet has slipped, in the sensor's sense.
+        For "turned": `turned_deg` is the angle by which the magnet has slipped, in the sensor's sense.
         """
         _require("angle sensor", index, ANGLE_SENSOR_COUNT)
         _require_kind("angle sensors", kind, get_args(AngleSensorFault))
@@ -152,12 +146,10 @@ class Faults:
         self._library.tfsat_set_bounce(self._robot, duration_us or 0)
 
     def card_stalls(self, stall_us: int | None, every_us: int = 2_000_000) -> None:
-        """Make the card stall: single blocks keep it busy now and then.
+        """Make the card stall: single blocks keep it busy for `stall_us` now and then; None ends the stalls.
 
-        Args:
-            stall_us: Duration of a stall; None ends the stalls. The ring buffer bridges `ring_blocks`; the logger
-                takes a card that is busy for more than 1 s for gone.
-            every_us: Mean interval between stalls, varied by half of it; at 0 every block stalls.
+        The ring buffer bridges `ring_blocks`; the logger takes a card that is busy for more than 1 s for
+        gone. `every_us` is the mean interval between stalls, varied by half of it; at 0 every block stalls.
         """
         if stall_us is not None and not (0 < stall_us <= 100_000_000 and 0 <= every_us <= 1_000_000_000):
             raise _refusal(f"A card does not stall for {stall_us} us each {every_us} us")

@@ -80,12 +80,8 @@ def read_bytes(size: int, read: Callable[..., None], *selection: Any) -> bytes:
 def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_seed: int) -> Any:
     """Return a new `TfsatRobotConfig`, in SI units and the robot file's frames.
 
-    Args:
-        model: As many bodies, joints and sensors as the structure has room for, and a servo with pulses
-            on every joint.
-        wrong: The hidden errors, and the logger's serial number.
-        seed: For noise and contact bounce.
-        session_seed: For the logger's session ids.
+    The model has as many bodies, joints and sensors as the structure has room for, and a servo with pulses on
+    every joint. `seed` is for noise and contact bounce, `session_seed` for the logger's session ids.
     """
     servos, sensors = model.servos, model.angle_sensors
     pulses = [servo.pulses for servo in servos if servo.pulses is not None]

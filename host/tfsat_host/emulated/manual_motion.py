@@ -129,11 +129,9 @@ class OperatorMotion:
             )
 
     def turn(self, axis: FloatArray, motion: Motion) -> None:
-        """Turns the held bodies as one.
+        """Turns the held bodies as one, by the legs' angles about `axis` (3,).
 
-        Args:
-            axis: (3,) unit vector in the frame of the first held body, about whose origin it turns.
-            motion: The legs' angles are about `axis`.
+        It is a unit vector in the frame of the first held body, about whose origin it turns.
         """
         legs = _legs(motion)
         self._library.tfsat_turn(self._robot, _hands(motion), vector(axis), legs, len(legs))

@@ -171,13 +171,8 @@ def serve(
 ) -> None:
     """Runs the server in real time until it is stopped.
 
-    Args:
-        server: What to run.
-        control, typed_lines: Where control lines come from.
-        on_lag: Called once, with seconds, when this computer is too slow.
-
-    Raises:
-        EmulationError: the emulated processor crashed.
+    `on_lag` is called once, with seconds, when this computer is too slow. Raises EmulationError: the emulated
+    processor crashed.
     """
     pacer = Pacer(time.monotonic())
     while not server.stopping:

@@ -155,10 +155,8 @@ def kept_robot(
 ) -> Iterator[EmulatedRobot]:
     """Yield the robot of `--emulated`, keeping its boards' memories and card from one command to the next.
 
-    Args:
-        progress: Gets a line when the robot is being built.
-        model: The bodies; the drop tower robot by default.
-        as_built: Not calibrated: also its scale factors, angle sensors and servos are off.
+    `progress` gets a line when the robot is being built. It is the drop tower robot unless there is a
+    `model`. `as_built`: not calibrated, so that its scale factors, angle sensors and servos are off, too.
 
     Raises:
         BuildError: it cannot be built.

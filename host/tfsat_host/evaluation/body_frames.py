@@ -39,12 +39,7 @@ class _Spans:
 
 
 def body_frames(log: DropLog, model: RobotModel) -> BodyFrames:
-    """Return the frames of all bodies from release to landing; anything unknown is a note, not an error.
-
-    Args:
-        log: A decoded drop.
-        model: Joints, sensors and the mounting of the base's IMU.
-    """
+    """Return the frames of all bodies from release to landing; anything unknown is a note, not an error."""
     if log.release_us is None:
         return BodyFrames((), (), ("No body transforms: the recording holds no release.",))
     spans = _Spans(

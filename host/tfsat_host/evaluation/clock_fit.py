@@ -117,12 +117,9 @@ class ClockFit:
 
 
 def fit_clock(name: str, pairs: Sequence[Pair], prior: SlopePrior = OF_A_BOARD) -> ClockFit:
-    """Fit the clock's offset and rate by weighted least squares over the events that agree.
+    """Fit a clock's offset and rate by weighted least squares over the events that agree, of one at least.
 
-    Args:
-        name: Of the clock, as the findings call it.
-        pairs: One event at least.
-        prior: Of the slope.
+    `name` is what the findings call the clock.
     """
     if not pairs:
         raise ValueError("a clock needs an event that both have seen")

@@ -58,12 +58,8 @@ def align_clocks(
 ) -> Clocks:
     """Align the sequencer's and the video's clocks with the logger's by release, strokes and landing.
 
-    Args:
-        log: A decoded drop.
-        schedule: What the sequencer was to fly.
-        video: See `camera.read_video_marks`.
-        video_rate: Seconds of the video's clock per real second: 1 in real time, 4 in slow motion of a quarter;
-            None if unknown, to be found from the events.
+    `video_rate`: seconds of the video's clock per real second: 1 in real time, 4 in slow motion of a quarter;
+    None if unknown, to be found from the events.
     """
     edges_s = stroke_edges(log)
     release = _release(log)

@@ -70,9 +70,7 @@ class FallInstants:
 def fall_instants(log: DropLog, samples: CalibratedSamples) -> FallInstants:
     """Find release and landing in the felt forces, compared with the switches and the logger's note.
 
-    Args:
-        log: With a release.
-        samples: Of the same log, through any calibration.
+    The log has a release; its samples may come through any calibration.
     """
     force, low_pass = samples.specific_force_m_s2, LowPass.of(log.header)
     release = release_felt(log.t_s, force, low_pass)
@@ -105,10 +103,7 @@ def fall_instants(log: DropLog, samples: CalibratedSamples) -> FallInstants:
 def release_felt(t_s: FloatArray, force_m_s2: FloatArray, low_pass: LowPass) -> Instant | None:
     """Find when the force fell to the middle between its levels before and in the fall; None if never.
 
-    Args:
-        t_s: (n,) ascending, after the release.
-        force_m_s2: (n, 4, 3) specific forces, NaN where invalid.
-        low_pass: Of the IMUs.
+    Times (n,) ascend, after the release; specific forces (n, 4, 3) are NaN where invalid.
     """
     magnitude = np.linalg.norm(force_m_s2, axis=2)
     return _median([_fell(t_s, body) for body in magnitude.T], t_s, low_pass)
@@ -119,13 +114,9 @@ def landing_felt(
 ) -> Instant | None:
     """Find when the force first exceeded `SHOCK_G` once a landing was possible; None if it never did.
 
-    A soft cushion takes some milliseconds to push so hard.
-
-    Args:
-        t_s: (n,) ascending, after the release.
-        force_m_s2: (n, 4, 3) specific forces, NaN where invalid.
-        clipped: (n, 4) True where the force may exceed full scale; it counts as a shock.
-        low_pass: Of the IMUs.
+    A soft cushion takes some milliseconds to push so hard. Times (n,) ascend, after the release; specific
+    forces (n, 4, 3) are NaN where invalid; `clipped` (n, 4) is True where the force may exceed full scale,
+    which counts as a shock.
     """
     magnitude = np.linalg.norm(force_m_s2, axis=2)
     felt = [_find_shock(t_s, body, full) for body, full in zip(magnitude.T, clipped.T, strict=True)]

@@ -42,14 +42,9 @@ class Fallback(NamedTuple):
 def with_fallbacks(
     calibration: Calibration | None, log: DropLog, model: RobotModel, rest: Rest, recorded: datetime | None
 ) -> Fallback:
-    """Fills what a drop needs and the calibration lacks.
+    """Fills what a drop needs and the calibration lacks, by the model and the rest before the release.
 
-    Args:
-        calibration: As the certificate has it; None: there is none.
-        log: A decoded drop.
-        model: How the robot is meant to be.
-        rest: Before its release.
-        recorded: When the drop was: later landings end nothing. None: unknown.
+    Landings later than `recorded`, when the drop was, end nothing; None: unknown.
 
     Raises:
         EvaluationError: a gyro's bias can be had from nowhere.

@@ -112,10 +112,7 @@ def expected_specific_force(
 ) -> FloatArray:
     """(..., 3) m/s² at a point that keeps its place in a body which falls freely: α × r + ω × (ω × r).
 
-    Args:
-        rate_rad_s: (..., 3) body axes.
-        acceleration_rad_s2: (..., 3) of it.
-        arm_m: (..., 3) from the center of mass of all that falls to the point, body axes.
+    All (..., 3), body axes; `arm_m` leads from the center of mass of all that falls to the point.
     """
     # In free fall gravity is not felt: only the centripetal and the tangential term are left.
     centripetal = np.cross(rate_rad_s, np.cross(rate_rad_s, arm_m))
@@ -149,11 +146,8 @@ def micro_gravity(
 ) -> MicroGravity:
     """Forces in the quiet windows, and gravity before the release.
 
-    Args:
-        samples: n samples in body axes.
-        t_s: (n,) their times after the release, as `DropLog.t_s`.
-        windows: By time, one at least.
-        sensed: Bodies (1 to 4) that have an IMU.
+    `samples` are in body axes, `t_s` (n,) their times after the release, as `DropLog.t_s`. Windows, one at
+    least, are in the order of time; `sensed` bodies (1 to 4) have an IMU.
     """
     rest = (t_s >= AT_REST_S[0]) & (t_s < AT_REST_S[1])
     at_rest = [AtRest.of(samples, rest, index) for index in range(samples.clipped.shape[1])]
@@ -366,13 +360,7 @@ class GravityCheck:
 
 
 def check_gravity(body: int, before: AtRest, in_fall: BodyQuiet | None = None) -> GravityCheck:
-    """Check the gravity that the accelerometer of one body felt.
-
-    Args:
-        body: 1 to 4.
-        before: Its readings before the release.
-        in_fall: Its readings in a quiet window; None without one.
-    """
+    """Check the gravity that one body's accelerometer felt; `in_fall` is None without a quiet window."""
     norm = float(np.linalg.norm(before.mean_g))
     # The gradient of a norm is its unit vector: it carries the axes' deviations over.
     direction = before.mean_g / norm if norm > 0.0 else np.zeros(3)

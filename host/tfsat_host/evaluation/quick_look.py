@@ -42,12 +42,7 @@ class QuickLook:
 
 
 def quick_look(log: DropLog, model: RobotModel, *, until_s: float) -> QuickLook:
-    """Evaluates body 1 and the joints of `log` from release to `until_s`.
-
-    Args:
-        log: A decoded drop; its times count from the release.
-        model: For the direction of the angle sensors.
-        until_s: After release, before the landing.
+    """Evaluates body 1 and the joints of `log` from the release to `until_s` after it, before the landing.
 
     Raises:
         EvaluationError: no release, too little rest before it, or body 1's gyro is missing.

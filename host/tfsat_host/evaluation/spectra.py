@@ -106,16 +106,7 @@ def evenly(t_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]
 
 
 def amplitude_spectrum(t_s: FloatArray, values: FloatArray, window: Window = "rectangular") -> Spectrum:
-    """Compute the amplitude spectrum of samples at uneven times.
-
-    Args:
-        t_s: (m,) ascending.
-        values: (m, d).
-        window: Over all of them.
-
-    Raises:
-        ValueError: see `evenly`.
-    """
+    """Compute the amplitude spectrum of samples (m, d) at uneven times (m,). Raises ValueError as `evenly`."""
     grid, even_values = evenly(t_s, values)
     n = len(grid)
     weights = _weights(n, window)
@@ -162,17 +153,7 @@ def compare_spectra(
     *,
     window: Window = "rectangular",
 ) -> ComparedSpectra:
-    """Compare two spectra of momentum, rate error or attitude error.
-
-    Args:
-        t_s: (m,) of both.
-        before: (m, d).
-        after: (m, d).
-        window: Of both.
-
-    Raises:
-        ValueError: see `evenly`.
-    """
+    """Compare two spectra of momentum, rate error or attitude error (m, d). Raises ValueError as `evenly`."""
     first, second = (amplitude_spectrum(t_s, values, window) for values in (before, after))
     rms = [float(np.linalg.norm(spectrum.band_rms(PAPER_CUTOFF_HZ))) for spectrum in (first, second)]
     return ComparedSpectra(first, second, PAPER_CUTOFF_HZ, rms[0], rms[1])

@@ -133,12 +133,7 @@ def find_release_velocity(
 
 
 def com_in_bodies_m(model: RobotModel, joint_angles_rad: FloatArray) -> FloatArray:
-    """(n, 3) the whole robot's CoM in the frame of each of its n bodies.
-
-    Args:
-        model: The robot.
-        joint_angles_rad: (n - 1,) as they stand.
-    """
+    """(n, 3) the whole robot's CoM in the frame of each of its n bodies, at joint angles (n - 1,)."""
     tree = Multibody.of(model)
     rotation, translation = poses(tree, np.asarray(joint_angles_rad, dtype=np.float64))
     com = np.einsum("nij,nj->ni", rotation, tree.com_m) + translation

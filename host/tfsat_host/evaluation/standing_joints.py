@@ -68,13 +68,7 @@ class JointRest:
 def standing_joints(
     motion: Motion, strokes: Sequence[FlownStroke], joints: Sequence[int] = (1, 2, 3)
 ) -> tuple[JointRest, ...]:
-    """Measure some joints wherever it should stand long enough to tell, ordered by joint and time.
-
-    Args:
-        motion: Of one drop.
-        strokes: Of the same drop, by time.
-        joints: Which.
-    """
+    """Measure some joints wherever it should stand long enough to tell, ordered by joint and time."""
     rests = []
     for joint in joints:
         from_s = 0.0

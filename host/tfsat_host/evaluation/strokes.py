@@ -95,13 +95,10 @@ class FlownStroke:
 def strokes_flown(
     motion: Motion, schedule: Schedule, logged_s: Sequence[float] = ()
 ) -> tuple[FlownStroke, ...]:
-    """Measure how each stroke of a schedule was flown.
+    """Measure how each commanded stroke was flown.
 
-    Args:
-        motion: Of one drop.
-        schedule: The commanded strokes.
-        logged_s: When the logger saw each stroke's line rise (`Clocks.stroke_s`), NaN where it did not; empty:
-            all NaN.
+    `logged_s`: when the logger saw each stroke's line rise (`Clocks.stroke_s`), NaN where it did not; empty:
+    all NaN.
 
     Raises:
         ValueError: there is a logged time for some strokes only.
@@ -305,12 +302,7 @@ def average_neighbours(values: FloatArray) -> FloatArray:
 
 
 def rising_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
-    """Find the first edge of a motion.
-
-    Args:
-        t_s: (n,) ascending.
-        rate: (n,) of the motion, positive at its peak; any unit.
-    """
+    """Find the first edge of a motion, whose rate (n,), in any unit, is positive at its peak; times (n,) ascend."""
     # Smooth only to find the edge; the line is fitted to raw samples, whose slope is not flattened.
     calm = average_neighbours(rate)
     peak = calm.max()

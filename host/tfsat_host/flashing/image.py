@@ -88,9 +88,6 @@ def load_teensy_image(path: Path) -> Image:
 def default_hex(package: Path = PACKAGE) -> Path:
     """Return the path of the HEX that `make firmware` has built in the checkout of this program.
 
-    Args:
-        package: The folder of `tfsat_host`.
-
     Raises:
         ImageError: there is no checkout, nothing was built, or it is older than its sources.
     """

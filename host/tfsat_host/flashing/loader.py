@@ -164,12 +164,9 @@ class FlashError(TfsatError):
 
 
 def run_avrdude(computer: Computer, command: list[str], progress: Callable[[str, int], None]) -> None:
-    """Runs it.
+    """Runs avrdude.
 
-    Args:
-        computer: Runs programs.
-        command: avrdude's command line.
-        progress: Gets the name of the present bar and how many of its MARKS were added.
+    `progress` gets the name of the present bar and how many of its MARKS were added.
 
     Raises:
         FlashError: it could not be started, failed, or hung.

@@ -59,12 +59,9 @@ def run_study(study: Study, notices: Notices, *, workers: int | None, address: s
 def run_on_cluster(
     study: Study, address: str, *, progress: Callable[[float], None] | None = None
 ) -> Outcomes:
-    """Run all chunks of `study` on the workers of the Dask scheduler at `address`.
+    """Run all chunks of `study` on the workers of the Dask scheduler at `address`, such as `tcp://127.0.0.1:8786`.
 
-    Args:
-        study: The study to run.
-        address: Such as `tcp://127.0.0.1:8786`.
-        progress: Called with the number of samples completed since its last call.
+    `progress` is called with the number of samples completed since its last call.
 
     Raises:
         ClusterError: the extra `dask` is missing, the scheduler does not answer or has no workers, no chunk

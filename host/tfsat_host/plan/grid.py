@@ -138,12 +138,9 @@ def room_rad(
 ) -> FloatArray:
     """Return the least and greatest angles (n, 2) of the robot's joints.
 
-    Joints that may not move stay at their start angle.
-
-    Args:
-        robot: Its joint limits hold in any case.
-        joints: Indices of the joints that may move; all if None.
-        limit_deg: Greatest displacement of each of `joints`, to both sides of its start angle.
+    Joints that may not move stay at their start angle; `joints` are the indices of those that may, all if
+    None. `limit_deg` is the greatest displacement of each of these, to both sides of its start angle; the
+    robot's own limits hold in any case.
 
     Raises:
         UsageError: the joints are not the robot's, or the limits do not fit them.

@@ -279,9 +279,8 @@ class Problem:
     def scheduled_s(self, displacements_rad: FloatArray, sequence: Sequence) -> float:
         """Time from the first stroke's start to the last one's end, with every start on the sequencer's grid.
 
-        Args:
-            displacements_rad: (d,).
-            sequence: Numbers of the problem's joints, from 1, in flight order; their signs do not matter.
+        `sequence` has numbers of the problem's joints, from 1, in flight order, each with its displacement
+        (d,); their signs do not matter.
         """
         strokes_s = self.stroke_s(displacements_rad)[np.abs(np.array(sequence, dtype=int)) - 1]
         # A nanosecond off, as where the schedule is made: rounding must not cost a whole step.

@@ -80,9 +80,7 @@ class LinearSpread:
 def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivatives:
     """Compute all derivatives by one batched evaluation of 4 p + 1 robots.
 
-    Args:
-        parameters: Point at which the derivatives are taken.
-        step_scale: Factor on the parameters' steps, to check that the derivatives do not depend on them.
+    `step_scale` is a factor on the parameters' steps, to check that the derivatives do not depend on them.
     """
     count, steps = len(parameters.nominal), step_scale * parameters.steps
     # One parameter at a time at four offsets, (4 p, p): the whole stencil is one batch.
@@ -302,11 +300,8 @@ def summary(
 ) -> Summary:
     """Compute the statistics of a study of two samples or more.
 
-    Args:
-        study: Its deviates are drawn again, to be compared with the outcomes.
-        outcomes: Outcomes of all its samples.
-        nominal_xyzw: (4,) final attitude without errors.
-        limits: Limits that times must not exceed.
+    Its deviates are drawn again, to be compared with the outcomes of all its samples. `nominal_xyzw` (4,) is
+    the final attitude without errors; times must not exceed `limits`.
     """
     values = outputs_of(outcomes, nominal_xyzw)
     # Draw the deviates again from the seed: outcomes do not carry them.

@@ -158,13 +158,10 @@ def usable_cores() -> int:
 def run_locally(
     study: Study, *, workers: int | None = None, progress: Callable[[float], None] | None = None
 ) -> Outcomes:
-    """Run all chunks on `workers` local processes.
+    """Run all chunks of `study` on `workers` local processes at most.
 
-    Args:
-        study: The study to run.
-        workers: Greatest number of processes; one for each usable core if None, and no more than are worth
-            their start.
-        progress: Called with the number of samples completed since its last call.
+    None: one for each usable core, and no more than are worth their start. `progress` is called with the
+    number of samples completed since its last call.
 
     Raises:
         TfsatError: a process was ended from outside.

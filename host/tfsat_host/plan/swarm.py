@@ -62,15 +62,10 @@ def minimize(
     rng: np.random.Generator,
     progress: Callable[[float], None] = lambda _done: None,
 ) -> SwarmOptimum:
-    """Minimize `objective` between `low` and `high` by a particle swarm.
+    """Minimize `objective` between the bounds `low` and `high` (d,) by a particle swarm.
 
-    Args:
-        objective: Values (N,) of positions (d, N), one column per particle.
-        low: (d,) lower bounds.
-        high: (d,) upper bounds.
-        settings: The swarm.
-        rng: Random number generator; the same numbers find the same minimum.
-        progress: Called after each iteration with its share of all iterations.
+    It gives values (N,) of positions (d, N), one column per particle. The same numbers of `rng` find the same
+    minimum. `progress` is called after each iteration with its share of all iterations.
     """
     shape = (len(low), settings.particles)
     floor, ceiling = low[:, None], high[:, None]

@@ -97,13 +97,9 @@ def propose_together(
     path: Path,
     progress: Callable[[float], None] = lambda _done: None,
 ) -> TogetherProposal:
-    """Search for the maneuver of joints that move together, and check it.
+    """Search for the maneuver of joints that move together, which is to be written to `path`, and check it.
 
-    Args:
-        robot: The robot.
-        settings: What is asked for.
-        path: Where the maneuver is to be written.
-        progress: Called with the share of the work that was done.
+    `progress` is called with the share of the work that was done.
 
     Raises:
         DesignError: the settings do not fit the robot, or its file states no uncertainty for `settings.robust`.

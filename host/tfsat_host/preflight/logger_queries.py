@@ -67,12 +67,9 @@ def ask_logger(
 ) -> LoggerAnswers:
     """Asks for everything; takes `WATCH_S` and what a recording takes to be opened, closed and read back.
 
-    Args:
-        logger: Connected.
-        unix_s: The computer's time of day.
-        calibration: The certificate, with its landings.
-        trace: Gets what of the recording could not be removed again, even when this is interrupted.
-        advance: Called with how many seconds of `WATCH_S` went by.
+    `calibration` is the certificate, with its landings. `trace` gets what of the recording could not be
+    removed again, even when this is interrupted. `advance` is called with how many seconds of `WATCH_S` went
+    by.
 
     Raises:
         BoardError, NoAnswer, PortError: of the requests; the recording was removed, or `trace` says that not.
@@ -218,14 +215,9 @@ def record_and_remove(
 ) -> Read:
     """Records while `meanwhile` runs, reads the recording back, and removes it whatever happens.
 
-    The logger's clock is left as it is, and its next recording gets the number that it would have got.
-
-    Args:
-        logger: Neither recording nor in use.
-        before: Its status.
-        trace: Gets what is left.
-        meanwhile: What takes the recording's time.
-        read: Given the logger and the end of the recording; what it returns is returned.
+    The logger, of status `before`, neither records nor is in use. Its clock is left as it is, and its next
+    recording gets the number that it would have got. What `read` makes of the logger and the recording's end
+    is returned; `trace` gets what is left.
 
     Raises:
         NoAnswer, PortError: the link broke; then also the recording may be left.

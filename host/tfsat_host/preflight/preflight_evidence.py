@@ -316,12 +316,7 @@ class Evidence:
 
 
 def origin_of_logger(identity: BoardIdentity, who_am_i: bytes) -> Origin:
-    """Whose sensors hang on a logger that is connected.
-
-    Args:
-        identity: Of the logger, by HELLO.
-        who_am_i: Of the IMUs, by its status.
-    """
+    """Whose sensors hang on a connected logger, by its HELLO and the IMUs' `who_am_i` in its status."""
     return Origin(
         identity.serial, who_am_i.hex(), identity.runs_natively, identity.firmware, identity.image_crc
     )

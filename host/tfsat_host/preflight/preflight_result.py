@@ -70,10 +70,7 @@ class PreflightResult:
     def show(self, out: Output, *, full: bool, ask_for_drop: bool) -> None:
         """Show the verdict, what failed with what to type next, and the verdict again.
 
-        Args:
-            out: Where to.
-            full: Show every check.
-            ask_for_drop: After GO, show what comes next: recording and arming.
+        `full`: every check. `ask_for_drop`: after GO, show what comes next, recording and arming.
         """
         color = GREEN if may_drop(self.checks) else RED
         write_verdict(self.verdict_line, color, out)

@@ -41,14 +41,8 @@ def show_evaluation(
 ) -> None:
     """Show the verdict, what decides about the next drop, and the verdict again.
 
-    Args:
-        evaluation: The evaluation.
-        verdict: What it is worth.
-        recording: Where it was, and of when.
-        sources: Label and text of each other file that it was made of.
-        remarks: What else a reader should know.
-        out: Where to.
-        more: What shows every number and table; None: they are shown.
+    `recording` tells where it was, and of when; `sources` has label and text of each other file that it was
+    made of. `more` shows every number and table; None: they are shown.
     """
     show_verdict(verdict, verdict.line(), out)
     reasons = reasons_of(evaluation, verdict)
@@ -84,11 +78,8 @@ def show_evaluation(
 def _show_first_reasons(reasons: Sequence[str], room: int, more: NextStep, out: Output) -> None:
     """Show the gravest reasons, in full where they fit, else their first sentences; then how many more there are.
 
-    Args:
-        reasons: The gravest first.
-        room: Lines for them; the gravest one has its first sentence even if there is none.
-        more: What shows all of them.
-        out: Where to.
+    The first is the gravest: it has its first sentence even if there is no `room`, in lines. `more` shows all
+    of them.
     """
 
     def lines(texts: Iterable[str]) -> int:

@@ -98,16 +98,10 @@ def _text(cell: Quantity | str) -> str:
 def write_labelled(
     label: str, text: str, out: Output, *, color: str = "", label_columns: int = _LABEL
 ) -> None:
-    """Write a line that begins with a label.
+    """Write one or more sentences behind a label; the text begins at `label_columns`.
 
-    Further lines begin below its text, or below the label if that leaves no room.
-
-    Args:
-        label: What the text is.
-        text: One or more sentences.
-        out: Where to.
-        color: Of the text's first word on a terminal, as a select-graphic-rendition sequence has it.
-        label_columns: Where the text begins.
+    Further lines begin below its text, or below the label if that leaves no room. `color` is that of the
+    text's first word on a terminal, as a select-graphic-rendition sequence has it.
     """
     width = _width()
     # A narrow terminal leaves no column beside the label: go on below it.

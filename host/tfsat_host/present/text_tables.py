@@ -18,12 +18,8 @@ def table_of(
 ) -> Table:
     """Build a table at most `width` characters wide; a block of lines per row if its columns do not fit.
 
-    Args:
-        columns: Their names.
-        rows: A cell for each column.
-        numeric: Whether a column is aligned right.
-        title: Above; may be empty.
-        width: Of the terminal. A word that is longer is the only one to be broken.
+    A longer word is the only one to be broken. `numeric` columns are aligned right; a `title` stands above,
+    unless empty.
     """
     room = width - _TABLE_EDGES - _TABLE_GAP * (len(columns) - 1)
     widths = _widths([columns, *rows], room)

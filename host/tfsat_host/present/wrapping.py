@@ -37,9 +37,7 @@ def stream_columns(stream: TextIO) -> int | None:
 def wrap_line(line: str, columns: int) -> list[str]:
     """Break one line at spaces; its continuation stands below its text, or two characters further in.
 
-    Args:
-        line: Without line feeds.
-        columns: Most characters of a line; a longer word or command has a line of its own.
+    It has no line feeds; a word or command longer than `columns` has a line of its own.
     """
     line = line.rstrip()
     if len(line) <= columns:
@@ -54,14 +52,7 @@ def wrap_line(line: str, columns: int) -> list[str]:
 
 
 def fill_lines(text: str, columns: int, first: str = "", others: str = "") -> list[str]:
-    """Fill lines with the words of a text.
-
-    Args:
-        text: Words and spaces.
-        columns: Most characters of a line.
-        first: What the first line begins with.
-        others: What each further line begins with.
-    """
+    """Fill lines with a text's words; the first line begins with `first`, each further one with `others`."""
     lines, line = [], first
     is_empty = True
     # Greedy: as many chunks to a line as fit; one that is too long has its own.

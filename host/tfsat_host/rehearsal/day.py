@@ -157,15 +157,9 @@ def begin_day(
 ) -> Day:
     """Simulate the day from the logger's power-up on the bench until the robot hangs in the releaser.
 
-    Both boards are started then.
-
-    Args:
-        robot: The robot, just made.
-        schedule: The schedule to be flown.
-        filed: The robot as its file has it: the calibration is in its terms.
-        truth: The source from which quantities that cannot be measured in minutes are drawn.
-        bench: Whether biases are measured; else they, too, are drawn, which spares half of a day's computing
-            time.
+    Both boards are started then. `filed` is the robot as its file has it: the calibration is in its terms.
+    What cannot be measured in minutes is drawn from `truth`; without `bench` biases, too, which spares half
+    of a day's computing time.
 
     Raises:
         CalibrationError: the robot did not rest.

@@ -37,10 +37,7 @@ _RED = "1;31"
 def show_drop(result: RehearsalResult, out: Output, *, full: bool) -> None:
     """Show the verdict, faults, prediction and measurement, strokes, the day, and the verdict again.
 
-    Args:
-        result: Of `Rehearsal.run`.
-        out: The terminal.
-        full: Every number, not one screen.
+    `full`: every number, not one screen.
     """
     _show_verdict(result, out, brief=False)
     out.line()

@@ -25,11 +25,8 @@ def draw_hidden(
 ) -> Truth:
     """Draw a robot that its file's `[uncertainty]` allows, all parameters together, and add mismatches.
 
-    Args:
-        filed: The robot as its file has it.
-        seed: The seed of all draws.
-        mismatches: Faults with a size; those that happen during a drop change nothing here.
-        uncertainty: The uncertainty to use instead of the file's.
+    `mismatches` are faults with a size; those that happen during a drop change nothing here. `uncertainty` is
+    used instead of the file's.
     """
     stated = replace(filed, uncertainty=uncertainty or filed.uncertainty)
     truth = drawn_truth(stated, seed)
@@ -65,16 +62,10 @@ class HiddenDrop:
 def hidden_drop(
     schedule: Schedule, filed: RobotModel, truth: Truth, faults: Sequence[Fault] = ()
 ) -> HiddenDrop:
-    """Flies it.
+    """Flies a schedule with the robot of `draw_hidden`; `filed` is the robot as its file has it.
 
-    Args:
-        schedule: What to fly.
-        filed: The robot as its file has it.
-        truth: The robot, as of `draw_hidden`.
-        faults: What happens meanwhile, such as a bias that steps; and mismatches on top.
-
-    Raises:
-        TfsatError: a board refuses.
+    `faults` happen meanwhile, such as a bias that steps; and mismatches on top. Raises TfsatError: a board
+    refuses.
     """
     drop = rehearse(schedule, filed, truth, faults=faults, bench=False)
     if drop.released_s is None or drop.landed_s is None:

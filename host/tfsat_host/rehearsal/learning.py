@@ -93,10 +93,8 @@ def learn(
 ) -> Learnt:
     """Flies and compares; about a minute on two cores.
 
-    Args:
-        robot: With IMUs, servos and pulses, as the boards fly it.
-        quantity: One of `WANTED`.
-        progress: Called with the share of the work that was done.
+    The robot has IMUs, servos and pulses, as the boards fly it; `quantity` is one of `WANTED`. `progress` is
+    called with the share of the work that was done.
 
     Raises:
         UsageError: the robot is none that the boards fly, or its file takes what is wanted for exact.

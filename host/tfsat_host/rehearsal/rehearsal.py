@@ -114,11 +114,8 @@ class Rehearsal:
     ) -> Rehearsal:
         """Build the rehearsal of a maneuver, with faults by name, such as `gyro-dead` or `gyro-dead@powered`.
 
-        Args:
-            maneuver: The maneuver to fly.
-            options: The robot and the way to fly it.
-            faults: The names of the faults, each with a moment if it is another than its own.
-            schedule: The maneuver's schedule, if it was built already.
+        A fault has a moment behind its name if it is another than its own; `schedule` is the maneuver's, if
+        it was built already.
 
         Raises:
             TfsatError: robot, IMU, maneuver or faults are refused.
@@ -149,11 +146,8 @@ class Rehearsal:
     ) -> RehearsalResult:
         """Rehearses the drop and leaves its run, report and result in a folder, all or nothing.
 
-        Args:
-            folder: Of another rehearsal, or one that is empty or not there.
-            seed: Of the robot, of noise and contact bounce.
-            force: Whether files may be overwritten that no rehearsal made.
-            notices: For progress and warnings.
+        The folder is that of another rehearsal, empty, or not there; with `force` files may be overwritten
+        that no rehearsal made. `seed` is that of the robot, of noise and contact bounce.
 
         Raises:
             UsageError: the folder holds something else.
@@ -207,13 +201,8 @@ class Rehearsal:
     ) -> SeriesResult | None:
         """Rehearses as many drops, each of another robot, and leaves a table of them.
 
-        Args:
-            folder: As of `run`.
-            runs: How many.
-            seed: Of all robots.
-            force: As of `run`.
-            notices: For progress and notes.
-            stop: Asked often: whether to begin no more drops.
+        `folder` and `force` as of `run`; `seed` is that of all robots. `stop` is asked often: whether to
+        begin no more drops.
 
         Returns:
             What was flown; None, and nothing written, if that is nothing.

@@ -120,13 +120,9 @@ def fly_many(
 ) -> tuple[RehearsedDrop, ...]:
     """Fly every drop and return them in order, the same to the bit whatever the number of workers.
 
-    Args:
-        series: The series to fly.
-        runs: The number of drops.
-        workers: The number of processes; None: one for each core.
-        progress: Called after each drop.
-        stop: Polled often: whether to begin no more drops. Those in the air are flown to their end; fewer than
-            `runs` come back.
+    There are as many `workers` as cores if None; `progress` is called after each drop. `stop` is polled
+    often: whether to begin no more drops. Those in the air are flown to their end; fewer than `runs` come
+    back.
     """
     outcomes: list[RehearsedDrop] = []
     workers = workers or os.cpu_count() or 1

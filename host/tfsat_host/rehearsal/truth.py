@@ -58,10 +58,7 @@ def drawn_truth(filed: RobotModel, seed: int, part: ImuPart | None = None) -> Tr
     feel gravity while the robot hangs, but not in the fall.
     Masses and inertias stay: they can be weighed and swung.
 
-    Args:
-        filed: The robot as its file has it.
-        seed: The seed of the robot and of its release.
-        part: Its IMUs; None: the robot's own, `ROBOTS_IMU`.
+    `part` are its IMUs; None: the robot's own, `ROBOTS_IMU`.
     """
     # Draws come in a fixed order: new ones get a stream of their own, so that a seed's robot stays itself.
     random = np.random.default_rng([seed, 11])

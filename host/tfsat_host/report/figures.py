@@ -220,13 +220,8 @@ def _draw_panel(
 ) -> None:
     """Draw lines of a chart, over time with the strokes shaded, over frequency with the band below the cutoff.
 
-    Args:
-        axes: The panel.
-        content: What the figure is made of.
-        chart_id: Of the chart.
-        names: Of the components to draw.
-        styles: Of the kinds to draw, as far as the chart has them.
-        others: Further styles, such as thick and thin, by their words.
+    `names` are of the components to draw, `styles` of the kinds, as far as the chart has them; `others` are
+    further styles, such as thick and thin, by their words.
     """
     chart = content.charts[chart_id]
     lines = [line for line in chart.of_kind(*styles) if line.component < len(names)]
@@ -312,11 +307,7 @@ def legend(
 ) -> None:
     """Place the legend above the panel: colors by component, styles by kind; a single kind needs no word.
 
-    Args:
-        axes: The panel.
-        names: Of the components.
-        kinds: Styles of the kinds.
-        others: Further styles, such as thick and thin, by their words.
+    `others` are further styles, such as thick and thin, by their words.
     """
     handles = [_handle(COLORS[component], PLAIN, name) for component, name in names.items()]
     if len(kinds) > 1:

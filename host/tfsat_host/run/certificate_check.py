@@ -137,11 +137,8 @@ def report_certificate(
 ) -> CertificateState:
     """Notify of a certificate's state, or of why it cannot be read; neither ends the command.
 
-    Args:
-        read: Reads and checks it.
-        file: The certificate.
-        listener: Hears of it.
-        use: For which it was checked, such as `drop`; empty: it is not said that it holds.
+    `read` reads and checks it. `use` is that for which it was checked, such as `drop`; empty: it is not said
+    that it holds.
     """
     try:
         state = read()
@@ -250,13 +247,9 @@ def is_of_robot(calibration: Calibration, origin: Origin, at: datetime | None = 
 def hold_against(
     log: DropLog, file: Path, notified: Notices = SILENT, *, servos: bool = True
 ) -> CheckedCertificate:
-    """Holds a certificate against a recording; the recording's landing is written into it.
+    """Holds the certificate that lies there now against a recording, whose landing is written into it.
 
-    Args:
-        log: The recording.
-        file: The certificate that lies there now.
-        notified: Of what was done on the way.
-        servos: Whether it matters that they were measured.
+    `servos`: whether it matters that they were measured.
 
     Raises:
         TfsatError: the certificate cannot be read or understood.

@@ -71,11 +71,8 @@ class Correction(NamedTuple):
 def corrected_robot(evaluation: Evaluation, recorded: datetime | None = None) -> str:
     """Format the corrected robot file.
 
-    Below its heading it is as filed where no correction is called for.
-
-    Args:
-        evaluation: An evaluated drop.
-        recorded: The time of its release, if known.
+    Below its heading it is as filed where no correction is called for. `recorded` is the time of the release,
+    if known.
 
     Raises:
         TfsatError: the correction is withheld, the file has entries of which several share a line, or the

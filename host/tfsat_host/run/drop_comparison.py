@@ -170,10 +170,7 @@ class Comparison:
     def tables(self, names: Sequence[str]) -> list[Table]:
         """Build the tables of the common correction and of each drop's fit under the others' correction.
 
-        The list is empty if all corrections are withheld.
-
-        Args:
-            names: The drops' names for people, in their order.
+        The list is empty if all corrections are withheld. `names` are the drops' for people, in their order.
         """
         if self.combined is None:
             return []

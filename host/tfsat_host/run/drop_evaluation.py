@@ -150,11 +150,8 @@ def dropped_robot(log: DropLog, calibration: Calibration | None = None) -> Dropp
 def robot_of(named: Path | str | None, places: Sequence[Path] = ()) -> RobotModel:
     """Load the model of the dropped robot.
 
-    It is the named one, else that of `robot.toml` next to the recordings, else the drop tower's.
-
-    Args:
-        named: A robot file, or the name of a shipped one.
-        places: Recordings or their folders.
+    It is the named one (a file, or a shipped robot's name), else that of `robot.toml` next to the recordings,
+    else the drop tower's. `places` are recordings or their folders.
 
     Raises:
         UsageError: several robots were dropped: their loggers differ, or their files and none was named.
@@ -219,13 +216,7 @@ def _robot_of_all(places: Sequence[Path]) -> Path | None:
 def evaluate_run(
     place: Path, options: EvaluationOptions, robot: RobotModel, notices: Notices = SILENT
 ) -> EvaluatedRun:
-    """Reads, calibrates, evaluates.
-
-    Args:
-        place: A recording, or its folder.
-        options: What else is known of it.
-        robot: See `robot_of`.
-        notices: For progress, and for what was done on the way.
+    """Reads, calibrates, evaluates a recording or its folder; `robot` is that of `robot_of`.
 
     Raises:
         TfsatError: something cannot be read, or the recording does not hold what an evaluation needs.

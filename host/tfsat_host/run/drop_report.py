@@ -217,12 +217,8 @@ class ReportFiles:
     ) -> list[Path]:
         """Writes all of it, the page first, and gives the files.
 
-        Args:
-            drops: What is in the page.
-            tables: Of all drops together.
-            without: Which drops could not be evaluated, and why; a sentence or more each.
-            notices: For progress.
-            made_at: The time that the page gives; None: the computer's.
+        `tables` are of all drops together; `without` has a sentence or more on each drop that could not be
+        evaluated, and why. The page gives the time `made_at`; None: the computer's.
 
         Raises:
             TfsatError: something is in the way: then nothing was written.

@@ -206,11 +206,7 @@ def note_maneuvers(
 
     A session without a note gets one now if it is the newest and the board still reports the fall that it flew.
 
-    Args:
-        copies: Of the recordings.
-        listing: Of the logger.
-        out: Hears of a folder that cannot be written to.
-        ask: Reads the sequencer back; None: there is none to be asked.
+    `ask` reads the sequencer back; None: there is none to be asked.
     """
     # What the sequencer holds now can only have flown in the newest session.
     newest = max(listing.entries, key=lambda entry: entry.number, default=None)

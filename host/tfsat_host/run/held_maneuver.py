@@ -70,9 +70,8 @@ class CommandedManeuver:
 def ask_sequencer(note: Note, *, logger_named: bool) -> HeldManeuver | None:
     """Read back what the sequencer beside a logger holds; None: there is none, or it did not say, which is noted.
 
-    Args:
-        note: Hears why not.
-        logger_named: The logger's port was named: no others are searched, and only the environment names a sequencer.
+    `logger_named`: the logger's port was named, so that no others are searched, and only the environment
+    names a sequencer.
     """
     if logger_named and not os.environ.get(port_variable("sequencer")):
         return None
@@ -101,11 +100,7 @@ def keep_upload(maneuver: Maneuver, serial: str, crc: int, note: Note) -> None:
 def note_held(held_maneuver: HeldManeuver, session: int, command: str, note: Note) -> bool:
     """Note what the sequencer holds for the session that is being recorded; whether it was noted.
 
-    Args:
-        held_maneuver: As read back.
-        session: Of the recording.
-        command: By which it was read back.
-        note: Hears of a folder that cannot be written to.
+    `command` is the one that read it back; `note` hears of a folder that cannot be written to.
     """
     crc = f"{held_maneuver.stored.crc:04x}"
     text = note_text(held_maneuver, session, command, _kept_name(held_maneuver))
@@ -158,11 +153,6 @@ def note_text(held_maneuver: HeldManeuver, session: int, command: str, name: str
 
 def find_commanded(files: RunFiles, named: Path | None, log: DropLog) -> CommandedManeuver:
     """Decide what was commanded: the named file, else what the sequencer held, else `maneuver.toml`.
-
-    Args:
-        files: Of the drop.
-        named: The maneuver that was typed.
-        log: The recording.
 
     Raises:
         ManeuverError: a file cannot be read or understood.

@@ -25,10 +25,7 @@ SETTLED_S = 0.1
 def recorded_strokes(log: DropLog, schedule: Schedule, file: Path) -> list[Evidence]:
     """Cut the strokes of each joint out of a recorded run: a drop, or a run on the bench.
 
-    Args:
-        log: A decoded recording.
-        schedule: What the sequencer flew.
-        file: The recording's name in errors.
+    `schedule` is what the sequencer flew; `file` the recording's name in errors.
 
     Raises:
         CalibrationError: the recording has no release, no time of day, or no stroke line.

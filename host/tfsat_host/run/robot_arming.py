@@ -224,12 +224,9 @@ def _logger(
 def _calibration(named: Path | None, origin: Origin | None, operator: Operator) -> CertificateState | None:
     """Report the objections to the calibration, and return its state; None: there is none.
 
-    Called before the servos get pulses: afterwards the sensors may be different ones.
-
-    Args:
-        named: The certificate; None: the default one in the current folder (an emulated robot has its own).
-        origin: The robot whose sensors are connected to the logger; None: the logger was not asked.
-        operator: The person who reads the notes and warnings.
+    Called before the servos get pulses: afterwards the sensors may be different ones. The certificate is the
+    `named` one, or the default one in the current folder (an emulated robot has its own). `origin` is None if
+    the logger was not asked.
     """
     file = find_certificate(named, Path(), emulated=origin is not None and origin.emulated)
     if file is None:

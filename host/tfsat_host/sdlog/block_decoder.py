@@ -110,10 +110,8 @@ class BlockDecoder:
     def take(self, data: memoryview, heads: RecordArray, selection: BoolArray) -> None:
         """Append blocks.
 
-        Args:
-            data: (k blocks) whole blocks.
-            heads: (k,) their heads.
-            selection: (k,) bool, the ones to take, at least one; usable, their numbers rising and above all before.
+        `data` are k whole blocks, `heads` (k,) their heads; `selection` (k,) the ones to take, at least one:
+        usable, their numbers rising and above all before.
         """
         is_data = heads["kind"] == _DATA
         everything = selection.all()

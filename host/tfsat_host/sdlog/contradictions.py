@@ -52,12 +52,8 @@ def block_doubts(
 ) -> Iterator[str]:
     """Yield a sentence for each contradiction between blocks.
 
-    Args:
-        header_copies: That differ from the header that is used.
-        conflicting: Blocks with the number of another.
-        not_advancing: Samples at which time stands still or goes back.
-        ledger: Of all blocks.
-        footers: Of the recording.
+    `header_copies` differ from the header that is used; `conflicting` blocks have the number of another;
+    `not_advancing` are samples at which time stands still or goes back.
     """
     if header_copies:
         yield f"{header_copies} copies of the header disagree with the one that was used"

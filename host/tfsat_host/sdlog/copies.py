@@ -28,11 +28,7 @@ _BEST = np.dtype(
 
 
 def take_each_number_once(source: LogSource, pieces: RecordArray) -> tuple[RecordArray, int, int]:
-    """Take one block per number: the one with the most samples, then the first of the file.
-
-    Args:
-        source: The file.
-        pieces: Of one session.
+    """Take one block per number of a session: the one with the most samples, then the first of the file.
 
     Returns:
         The blocks by number, (k,) of PIECE; how many others are equal to one of them; how many are different.

@@ -70,12 +70,7 @@ def complete_header(header: LogHeader, events: Iterable[DropEvent]) -> LogHeader
 
 
 def find_exchanges(header: LogHeader, events: Sequence[DropEvent]) -> tuple[Exchange, ...]:
-    """IMUs that came back as other parts.
-
-    Args:
-        header: Completed.
-        events: By time.
-    """
+    """IMUs that came back as other parts than in the completed header; events are by time."""
     exchanges = []
     for index, named in enumerate(header.who_am_i):
         # State of one IMU's walk through its events: failed since when, and the exchange that is open.

@@ -13,13 +13,9 @@ from .log_errors import MissingExtraError, check_extra
 
 
 def is_of_recording(path: Path, log: DropLog) -> bool | None:
-    """Return whether an exported file belongs to this recording.
+    """Return whether a file that `decode` wrote belongs to this recording.
 
     None if the file does not tell, or its library is not installed.
-
-    Args:
-        path: A file that `decode` wrote.
-        log: A recording.
     """
     # A CSV has no metadata: compare its first row, with time and readings, to what would be written now.
     if path.suffix == ".csv":

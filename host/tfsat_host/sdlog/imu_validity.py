@@ -39,10 +39,7 @@ def invalidate_by_events(events: Iterable[DropEvent], t_us: IntArray, imu_valid:
     before it the output had not changed by one bit, or since when a part that wakes up measuring had not shown its
     settings. An IMU that sleeps after a reset, and one that failed before it ran, has a value of 0.
 
-    Args:
-        events: Of the recording, by time.
-        t_us: (n,) sample times.
-        imu_valid: (n, 4) bool; changed.
+    Events and times (n,) are of the recording, by time; `imu_valid` (n, 4) is changed.
     """
     spans = [
         (event.index, event.t_us - event.value, event.t_us)
@@ -66,13 +63,7 @@ def invalidate_by_events(events: Iterable[DropEvent], t_us: IntArray, imu_valid:
 
 
 def invalidate_exchanged(exchanges: Iterable[Exchange], t_us: IntArray, imu_valid: BoolArray) -> None:
-    """Clear the validity, in place, of what another part than the header's measured.
-
-    Args:
-        exchanges: Of the recording.
-        t_us: (n,) sample times.
-        imu_valid: (n, 4) bool; changed.
-    """
+    """Clear the validity (n, 4), in place, of what another part than the header's measured, at sample times (n,)."""
     for exchange in exchanges:
         # From the fault, not the recovery, on: the exchange happened at some time between the two.
         other = t_us >= exchange.from_us
@@ -92,11 +83,7 @@ def invalidate_repeated(
     are lost or the recording ends may have gone on: there FROZEN_READINGS are enough. As with the event,
     the first of the equal readings is invalid too.
 
-    Args:
-        imu: (n, 4, 7) raw counts.
-        index: (n,) sample numbers.
-        t_us: (n,) sample times.
-        imu_valid: (n, 4) bool; changed.
+    `imu` (n, 4, 7) has raw counts; `imu_valid` (n, 4) is changed.
     """
     # Runs that reach the end of their chunk stay open and are joined with the next chunk's.
     open_runs = [np.empty((0, 2), np.int64)] * imu.shape[1]

@@ -73,10 +73,8 @@ class Ledger:
     def gaps(self, t_us: IntArray, footer: LogFooter | None, starts_with: int) -> tuple[Gap, ...]:
         """Return all gaps of the recording.
 
-        Args:
-            t_us: (n,) sample times.
-            footer: The footer, if there is one.
-            starts_with: Number of the block that the file itself begins with; 0 if that is none of the recording's.
+        Sample times are (n,). `starts_with` is the number of the block that the file itself begins with; 0 if
+        that is none of the recording's.
         """
         gaps = [_gap(t_us, *each) for breaks in self._breaks for each in breaks.tolist()]
         if gaps and gaps[0].start_us is None and 0 < starts_with == gaps[0].blocks:

@@ -216,10 +216,8 @@ def _no_samples(path: Path, session: int, others: tuple[int, ...]) -> LogError:
 def survey(source: LogSource, session: int | None, progress: Progress | None = None) -> Survey:
     """Look at every block of the file, and decode in passing what seems to be the recording.
 
-    Args:
-        source: The file.
-        session: The recording asked for; None for the newest.
-        progress: Is given the share of the file that was looked at since the call before.
+    `session` is the recording asked for; None: the newest. `progress` is given the share of the file that was
+    looked at since the call before.
 
     Raises:
         LogError: the file cannot be read, or is a jumble.

@@ -271,13 +271,9 @@ _CHOSEN = {
 def recordings_lines(
     log: DropLog, file: object, command: str = "decode", verb: str = "Decoded"
 ) -> Iterator[str]:
-    """Yield lines that list a file's several recordings, the one taken and how to get another.
+    """Yield lines that list the several recordings of `file`, the one taken and how to get another with `command`.
 
-    Args:
-        log: The recording taken.
-        file: The file's name.
-        command: The command that asks.
-        verb: The verb for what it did with that recording.
+    `verb` tells what the command did with the one taken.
     """
     others = len(log.other_sessions)
     if not others:

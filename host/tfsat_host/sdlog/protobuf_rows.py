@@ -50,10 +50,8 @@ def foxglove_kind(name: str, fields: str = "") -> Kind:
 def kinds_of(messages: Mapping[str, str]) -> dict[str, Kind]:
     """Messages of the package `tfsat`, by name; each begins with a timestamp.
 
-    Built from descriptors, so that no generated code must be kept in step.
-
-    Args:
-        messages: The other fields of each, `name:type`, in the order of their numbers.
+    Built from descriptors, so that no generated code must be kept in step. `messages` has the other fields of
+    each, `name:type`, in the order of their numbers.
     """
     from google.protobuf import descriptor_pb2
 

@@ -224,9 +224,7 @@ def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, Ch
     from the start of its file, over what an older one left there. One without a header cannot be decoded and is
     taken only if none has one.
 
-    Args:
-        recordings: By their place in the file; at least one.
-        counted_all: There are no others.
+    The recordings, at least one, are by their place in the file; `counted_all`: there are no others.
     """
     if len(recordings) == 1 and counted_all:
         return recordings[0].session, "only one"
@@ -246,11 +244,7 @@ def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, Ch
 
 
 def _unbroken_sessions(pieces: RecordArray) -> frozenset[int]:
-    """Return the sessions of which every block from number 0 to the last one is there.
-
-    Args:
-        pieces: All usable blocks; (k,) of PIECE.
-    """
+    """Return the sessions of which, among all usable blocks, every block from number 0 to the last one is there."""
     ordered = pieces[np.lexsort((pieces["number"], pieces["session"]))]
     reached: dict[int, int] = {}
     broken: set[int] = set()

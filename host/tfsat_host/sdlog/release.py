@@ -81,11 +81,8 @@ def find_release(
     None if there is no release. A release that the logger revoked is none. One that it recorded itself is
     certain, whatever edges are lost.
 
-    Args:
-        events: By time.
-        t_us: (n,) sample times.
-        switch_open: (n, 2) the switches at the samples: they show edges that are not in the log.
-        gaps: Where blocks or samples are lost.
+    Events and sample times (n,) are by time. The switches at the samples (n, 2) show edges that are not in
+    the log; `gaps` are where blocks or samples are lost.
     """
     if not len(t_us):
         return None

@@ -65,10 +65,8 @@ def releases_by_rule(edges: Sequence[SwitchEdge], start: int, end_us: int) -> li
 
     The rule watches for a release again once both switches have been closed.
 
-    Args:
-        edges: By time.
-        start: Bit i: switch i is open before them.
-        end_us: How long the switches are known to stay as the last edge left them.
+    Bit i of `start`: switch i is open before the edges, which are by time. `end_us` is how long the switches
+    are known to stay as the last edge left them.
     """
     releases: list[RuledRelease] = []
     state, watching = start, start == 0
@@ -196,11 +194,8 @@ def switch_edges(
     Edges are missing if the logger was too slow for them or if they are lost. An edge that only the samples
     show is dated at the first sample after it.
 
-    Args:
-        events: By time.
-        t_us: (n,) sample times, at least one.
-        switch_open: (n, 2) the switches at the samples.
-        period_us: The time between samples.
+    Events are by time; sample times (n,), at least one, are `period_us` apart; the switches at the samples
+    are (n, 2).
     """
     recorded = [
         (event.t_us, event.index, event.arg != 0)

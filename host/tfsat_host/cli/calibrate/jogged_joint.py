@@ -43,13 +43,7 @@ def measure_servo(
 ) -> Evidence:
     """Has the servo visit each place of the plan; let go at the first stop at which it does not follow.
 
-    Args:
-        joint: 1 to 3.
-        settings: In force on the sequencer.
-        sensors: Of the joint, with a measured zero point.
-        bench: Both boards.
-        model: The robot.
-        out: Where questions and progress go.
+    `settings` are those in force on the sequencer, `sensors` the joint's, with a measured zero point.
 
     Raises:
         RefusedError: it was not confirmed, or the joint is not where it should begin.
@@ -77,13 +71,8 @@ def drive(
 ) -> Evidence:
     """Asks, has the servo move the joint through the tour, and keeps the logger's samples; the joint ends limp.
 
-    Args:
-        tour: The stops.
-        step: Which bodies are held meanwhile.
-        bench: Both boards.
-        out: Where questions and progress go.
-        begun: Given `LOOK_S` of the limp joint before it moves; what it raises is all that happens.
-        rested: See `LoggedTour`.
+    `step` tells which bodies are held meanwhile. `begun` is given `LOOK_S` of the limp joint before it moves;
+    what it raises is all that happens. `rested`: see `LoggedTour`.
 
     Raises:
         RefusedError, UsageError: it was not confirmed.

@@ -295,14 +295,9 @@ def consistency_of(
     calibration: Calibration,
     model: RobotModel,
 ) -> Consistency:
-    """Build the consistency data of one drop.
+    """Build the consistency data of one drop; `calibration` is the one that its samples were calibrated with.
 
-    Args:
-        motion: With its samples. Its lag is not used, because a faulty sensor corrupts that first.
-        rest: Before the release.
-        low_pass: From the header.
-        calibration: The one that the samples were calibrated with.
-        model: Joints and sensors.
+    The motion's lag is not used, because a faulty sensor corrupts that first.
     """
     # The data sheet's lag: a faulty sensor would have corrupted the measured one.
     samples, lag, solved = motion.samples, sheet_lag(low_pass), motion.solved

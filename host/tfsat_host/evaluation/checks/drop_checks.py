@@ -67,13 +67,8 @@ def checks_of(
 ) -> tuple[Check, ...]:
     """Checks one drop; the order is that of the causes: readings, rest, sensors among each other, momentum.
 
-    Args:
-        motion: Of the drop.
-        fit: Of the model to it; None if there is none: momentum is then not checked.
-        log: The recording, with the time before the release.
-        calibration: That `motion` was made with.
-        model: Joints and sensors.
-        diagnosed: Look for the cause of what failed, which takes seconds.
+    Without a `fit` of the model momentum is not checked. `calibration` is that which `motion` was made with.
+    `diagnosed`: look for the cause of what failed, which takes seconds.
     """
     complete = list(completeness_checks(log, motion, model))
     hanging = hanging_before_release(log, calibration, model)

@@ -136,13 +136,7 @@ MOVED_RAD = np.deg2rad(1.0)
 
 
 def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke]) -> Check:
-    """Check that the maneuver flown is the one in the file.
-
-    Args:
-        log: The recording.
-        motion: Of the joints.
-        strokes: As filed, each with its measured outcome; empty if no file is known.
-    """
+    """Check that the maneuver flown is the one in the file; `strokes` are as filed, empty if no file is known."""
     if not strokes:
         return MANEUVER.not_possible("No file says what was to be flown.")
     edges_s = stroke_edges(log)

@@ -162,11 +162,8 @@ def start_pose_check(log: DropLog, calibration: Calibration, model: RobotModel) 
 
     The angles are medians over the last half second before the release.
 
-    Args:
-        log: The recording.
-        calibration: The one used for evaluation. A joint without a zero point of its own says nothing here: it
-            is assumed to have hung where its servo starts.
-        model: Joints, sensors, and the servos' starts.
+    A joint without a zero point of its own in the calibration says nothing here: it is assumed to have hung
+    where its servo starts.
     """
     rows = (log.t_s >= -LOOKED_AT_S) & (log.t_s < -BEFORE_RELEASE_S)
     if not rows.any():

@@ -147,9 +147,7 @@ def stated_errors(data: Consistency) -> StatedErrors:
 def by_calibrated_axes(data: Consistency, by_parameters: FloatArray) -> FloatArray:
     """(size, 6) by what tilts of one standard deviation did to the gyros, which were calibrated by these axes.
 
-    Args:
-        data: The sensors.
-        by_parameters: (size, 4, 12) by those of each gyro.
+    `by_parameters` (size, 4, 12) is by those of each gyro.
     """
     gyros_by_tilts, _ = split_shared(data.parameter_covariance, data.shared)
     return np.asarray(by_parameters.reshape(len(by_parameters), -1) @ gyros_by_tilts)

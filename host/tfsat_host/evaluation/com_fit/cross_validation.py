@@ -208,12 +208,9 @@ def left_aside(drops: Sequence[FittedDrop]) -> tuple[str, ...]:
 
 
 def cross_validate(drops: Sequence[FittedDrop]) -> tuple[LeftOut, ...]:
-    """Leaves out each drop in turn.
+    """Leaves out each drop in turn, of two or more of one robot.
 
     Only the drops of `find_trusted_drops` correct others; a drop that has none is not judged.
-
-    Args:
-        drops: Two or more, of one robot.
 
     Raises:
         ValueError: there are fewer than two drops, or their fits are not of the same offsets.
@@ -293,8 +290,7 @@ def fit_jointly(fits: Sequence[ModelFit]) -> JointFit:
     prior counts once. Errors of a certificate that drops share are taken as each drop's own; a hundredth of the
     uncertainty comes from them.
 
-    Args:
-        fits: Of the same offsets, one a drop.
+    All fits, one a drop, are of the same offsets.
     """
     joint = _solve([fit.equations for fit in fits], fits[0].offsets)
     if len(fits) == 1:

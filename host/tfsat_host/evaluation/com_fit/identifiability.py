@@ -226,12 +226,7 @@ class _Numbers:
 
 
 def couplings(fit: ModelFit, kinematics: FallSamples) -> tuple[Coupling, ...]:
-    """Compute the coupling of each offset that a fit sought, in the fit's order.
-
-    Args:
-        fit: Of one drop.
-        kinematics: The same drop.
-    """
+    """Compute the coupling of each offset that a fit of one drop sought, in the fit's order."""
     numbers = _numbers(fit, kinematics)
     offset_indices = np.arange(fit.offsets.sought)
     # Centers of mass and momentum are never taken for known: every fit has to find them from the drop.

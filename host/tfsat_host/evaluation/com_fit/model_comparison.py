@@ -179,10 +179,7 @@ class ModelComparison:
 def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> ModelComparison:
     """Fits the offsets and compares both models with the measured attitude of body 1.
 
-    Args:
-        motion: What the robot did.
-        offsets: What may be corrected, and of which model.
-        first_stroke_s: Until then nothing but the release has moved the robot.
+    Until `first_stroke_s` nothing but the release has moved the robot.
     """
 
     def driven_by(kinematics: FallSamples, lag: Lag) -> ModelInput:

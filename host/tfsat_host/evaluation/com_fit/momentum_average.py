@@ -78,12 +78,7 @@ def cutoff_hz(size: int, rate_hz: float) -> float:
 
 
 def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) -> MovingAverage:
-    """Averages around every sample that has a whole window.
-
-    Args:
-        t_s: (m,) ascending.
-        values: (..., m, d).
-        size: N.
+    """Averages of values (..., m, d) at ascending times (m,), around every sample that has a whole window of `size`.
 
     Raises:
         ValueError: there are fewer than `size` samples, or `size` is below one.

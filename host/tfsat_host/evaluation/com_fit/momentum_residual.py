@@ -276,13 +276,9 @@ def derivatives(
 
 
 def _momentum_by(body: Multibody, kinematics: FallSamples, name: str, steps: FloatArray) -> FloatArray:
-    """(m, 3, k): momentum, base axes, at the same rates, by angles or tilts of joints.
+    """(m, 3, k): momentum, base axes, at the same rates, by `name`, angles or tilts of joints.
 
-    Args:
-        body: The robot.
-        kinematics: Where the slopes are taken.
-        name: Of the angles there.
-        steps: k unit steps of them, each broadcast over the samples.
+    `steps` are k unit steps of them, each broadcast over the samples.
     """
     angles = getattr(kinematics, name)
     # A batch of k robots, one number moved in each.

@@ -118,12 +118,7 @@ def powers(vectors: FloatArray) -> FloatArray:
 
 
 def momentum_polynomial(offsets: Offsets, kinematics: FallSamples) -> MomentumPolynomial:
-    """Fit the momentum polynomial to as many robots as it has coefficients.
-
-    Args:
-        offsets: Of centers of mass alone.
-        kinematics: One drop.
-    """
+    """Fit one drop's momentum polynomial, by centers of mass alone, to as many robots as it has coefficients."""
     p = len(offsets)
     # As far out as the bounds, where rounding matters least.
     unit = offsets.bounds * np.eye(p)
@@ -146,11 +141,8 @@ def swarm_fit(
 ) -> SwarmFit:
     """Search with the paper's particle swarm over the offsets of the Gauss-Newton fit.
 
-    Args:
-        fit: With all that it held uncertain; the paper took all but the centers of mass for exact.
-        kinematics: The same drop.
-        settings: Of the swarm; the paper's by default.
-        seeds: One or more, a swarm each.
+    The fit has all that it held uncertain; the paper took all but the centers of mass for exact. `settings`
+    are the paper's by default; each of `seeds` is a swarm.
     """
     offsets, settings = fit.offsets.alone, settings or SwarmSettings()
     # One polynomial for all swarms: J then costs a matrix product a particle, and no dynamics.

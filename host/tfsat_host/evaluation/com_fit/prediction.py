@@ -48,10 +48,7 @@ def initial_momentum(body: Multibody, kinematics: FallSamples, quiet: BoolArray)
 def predict(body: Multibody, kinematics: FallSamples, momentum: FloatArray) -> Prediction:
     """Integrates w = I^-1 (R^T H - A q') along the measured joint history, by the trapezoid with one correction.
 
-    Args:
-        body: The model, one robot.
-        kinematics: Joint angles and rates that drive it.
-        momentum: (3,) H, inertial axes.
+    `momentum` (3,) is H, inertial axes; `body` is one robot.
     """
     body = body.tilt_hinges(kinematics.tilt_rad)
     # Inertia and joint momentum follow from the joints alone: compute all samples at once.

@@ -91,12 +91,9 @@ class MovingBodies(NamedTuple):
 
 
 def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: MovingBodies) -> FloatArray:
-    """(m, 3, p) of the momentum, base axes, in the offsets' units.
+    """(m, 3, p) of the momentum, base axes, in the p offsets' units, taken at `vector` (p,).
 
-    Args:
-        offsets: p numbers.
-        vector: (p,) where the slopes are taken.
-        moving: The robot with those offsets.
+    `moving` is the robot with those offsets.
     """
     slopes = np.empty((len(moving.rate_rad_s), 3, len(offsets)))
     # Parameters of one kind and body share what does not depend on them: one product for all.

@@ -108,11 +108,8 @@ class Rates:
 def body_motion(t_s: FloatArray, rates: Rates, error_covariance: FloatArray, rate_hz: float) -> BodyMotion:
     """Integrates from the release, or the first sample after it.
 
-    Args:
-        t_s: (n,) after the release.
-        rates: At those times.
-        error_covariance: (r, r).
-        rate_hz: Sampling rate as commanded: longer steps have samples missing.
+    `t_s` (n,) is after the release, `error_covariance` (r, r). `rate_hz` is the sampling rate as commanded:
+    longer steps have samples missing.
     """
     fall = t_s >= 0.0
     t, rate = t_s[fall], rates.rate_rad_s[fall]

@@ -164,11 +164,8 @@ def gyro_errors(
 ) -> FloatArray:
     """(n, 4, 3, r) each gyro's rate, its lag taken off, by the errors.
 
-    Args:
-        prior: Of the errors.
-        t_s: (n,).
-        gyro_rates: (n, 4, 3) what the gyros show, body axes.
-        by_parameters: (n, 4, 3, 12) the same without its lag by each gyro's parameters.
+    `gyro_rates` (n, 4, 3) is what the gyros show, body axes; `by_parameters` (n, 4, 3, 12) the same without
+    its lag, by each gyro's parameters.
     """
     n, bodies = gyro_rates.shape[:2]
     errors = np.zeros((n, bodies, 3, len(prior)))

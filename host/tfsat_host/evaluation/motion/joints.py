@@ -229,13 +229,7 @@ class Slopes:
 
 
 def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float) -> Slopes:
-    """Compute the joints' rates in one drop as slopes of their angle sensors' samples.
-
-    Args:
-        t_s: (n,).
-        joints: Their sensors' samples.
-        rate_hz: Sampling rate.
-    """
+    """Compute the joints' rates in one drop as slopes of their angle sensors' samples, at times (n,)."""
     rates = np.zeros((len(t_s), len(joints)))
     variances = np.full(len(joints), _UNSENSED_VARIANCE)
     stds = np.full(len(joints), np.pi)

@@ -77,14 +77,9 @@ class Motion:
 def motion_of(
     samples: Samples, calibration: Calibration, model: RobotModel, densities: FloatArray, low_pass: LowPass
 ) -> Motion:
-    """Joint angles, rates and attitudes.
+    """Joint angles, rates and attitudes of one drop, by the calibration that its samples were made with.
 
-    Args:
-        samples: Of one drop.
-        calibration: That they were calibrated with.
-        model: Joints and bodies.
-        densities: (4,) noise of each gyro, rad/s/sqrt(Hz).
-        low_pass: Of the gyros.
+    `densities` (4,) is the noise of each gyro, rad/s/sqrt(Hz); `low_pass` is the gyros'.
     """
     # First decide which angle sensors to believe, by the gyros' integral and the servo's hold.
     sensed = tuple(

@@ -105,9 +105,7 @@ def fuse(
 def gyro_map(body: Multibody, angles_rad: FloatArray) -> FloatArray:
     """(n, bodies, 3, 3 + joints): the rate of each body in its own axes, by base rate and joint rates.
 
-    Args:
-        body: The robot, seen from its base; the base rate is in base axes.
-        angles_rad: (n, joints).
+    The robot is seen from its base; the base rate is in base axes. Angles are (n, joints).
     """
     rotation, _ = poses(body, angles_rad)
     jacobian = np.zeros((*rotation.shape[:2], 3, 3 + body.n_joints))
@@ -131,11 +129,7 @@ def rates_by_angles(
 
     With x = P D^T W r, D the map from x to the gyros, dx = P dD^T W (r - D x) - P D^T W dD x.
 
-    Args:
-        body: As in `fuse`.
-        angles_rad: (n, 3) that the rates were fused over.
-        fused: The rates.
-        noise: (n, 4, 3, 3) as in `fuse`.
+    Arguments as of `fuse`; `fused` are its rates over these angles.
     """
     n, joints = angles_rad.shape
     steps = _STEP_RAD * np.concatenate([np.eye(joints), -np.eye(joints)])
@@ -159,10 +153,7 @@ def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: FusedRates) 
     A tilt u of the axis a of a joint with rate q', its outer body c and that body's rate w, base axes: all bodies
     beyond turn by f = R_p u - R_c u, and in their axes their rates change by q' R_p (u x a) - f x w.
 
-    Args:
-        body: As in `fuse`.
-        angles_rad: (n, 3) that the rates were fused over.
-        fused: The rates.
+    Arguments as of `fuse`; `fused` are its rates over these angles.
     """
     rotation, _ = poses(body, angles_rad)
     # Smoothed: with a sample's noise in them columns would correlate with what they are to explain.

@@ -121,12 +121,7 @@ class Samples:
 
 
 def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Samples:
-    """Cuts the drop out of a recording and calibrates it.
-
-    Args:
-        log: A decoded drop.
-        calibration: Of its sensors.
-        model: Their places in the log.
+    """Cuts the drop out of a decoded recording and calibrates it.
 
     Raises:
         EvaluationError: the recording holds no release, nothing of the fall, or a hole that no attitude can bridge.

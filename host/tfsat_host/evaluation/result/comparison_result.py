@@ -52,13 +52,9 @@ def comparison_tables(
     left_out: Sequence[LeftOut],
     remarks: Sequence[str],
 ) -> list[Table]:
-    """Build the tables of the common correction and of each drop judged by the others.
+    """Build the tables of the common correction and of each drop judged by the others; drops are by name.
 
-    Args:
-        evaluations: The drops by name.
-        combined: All of them together.
-        left_out: Each drop that others can judge.
-        remarks: Cautions about the result; sentences.
+    `remarks` are sentences: cautions about the result.
     """
     fits = {name: evaluation.explained.fit for name, evaluation in evaluations.items()}
     label = "all drops" if combined.agree else "all drops, DOUBTFUL"
@@ -87,14 +83,7 @@ def comparison_tables(
 def combined_columns(
     label: str, values: Sequence[float], std: Sequence[float], fits: dict[str, ModelFit]
 ) -> Columns:
-    """Build the columns of the common correction and of each drop's own under its name.
-
-    Args:
-        label: Of the common correction.
-        values: (n,)
-        std: (n,)
-        fits: By drop.
-    """
+    """Build the columns of the common correction (`label`, values (n,)) and of each drop's own under its name."""
     names = next(iter(fits.values())).offsets.names
 
     def of(label: str, values: Sequence[float], std: Sequence[float]) -> Column:

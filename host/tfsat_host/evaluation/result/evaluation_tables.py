@@ -160,10 +160,6 @@ def reasons_of(evaluation: Evaluation, verdict: Verdict) -> tuple[str, ...]:
 
     Where nearly everything failed at once, the causes that single checks name would mend nothing: then all checks are
     one sentence.
-
-    Args:
-        evaluation: One drop.
-        verdict: Its verdict.
     """
     failed = {check.sentence: check for check in evaluation.failed_checks}
     possible = sum(check.verdict != "not possible" for check in evaluation.checks)

@@ -326,14 +326,9 @@ def unit_quaternion(euler_zyx: str | None, xyzw: Sequence[float] | None) -> Floa
 
 
 def drawn_robot(robot: RobotModel, scale: float, seed: int) -> Multibody:
-    """Draw a robot from the uncertainties of its robot file.
+    """Draw a robot from the uncertainties of its robot file, `scale` times the stated standard deviations.
 
     Masses, centers of mass, inertias and hinges are drawn, as in a sensitivity study; strokes stay exact.
-
-    Args:
-        robot: The model.
-        scale: Factor on the stated standard deviations.
-        seed: Seed of the random draw.
 
     Raises:
         OrbitError: the file states no uncertainties.

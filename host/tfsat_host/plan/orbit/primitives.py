@@ -217,9 +217,7 @@ def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
     Loops stay within the joint limits. Useful loops turn by 0.02 deg or more and are the fastest of those whose
     rotation vectors fall into the same cell of 0.25 deg a side.
 
-    Args:
-        robot: The robot.
-        step_deg: Grid step of the loops of two joints; loops of three joints use three times this step.
+    `step_deg` is the grid step of the loops of two joints; loops of three joints use three times this step.
 
     Raises:
         OrbitError: the grid leaves no loop.

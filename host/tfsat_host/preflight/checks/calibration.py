@@ -108,13 +108,9 @@ def landed_unnoted(
 ) -> bool:
     """Return whether a recording ended in a landing that the certificate does not have.
 
-    The recording is the last one since power-up; the certificate has no landing since its beginning.
-
-    Args:
-        status: The logger's.
-        recording_since: When that recording began; None: the logger's clock was not set.
-        computer_unix_s: The computer's time of day when the status came.
-        calibration: The certificate.
+    The recording is the last one since power-up, begun at `recording_since` (None: the logger's clock was not
+    set); the certificate has no landing since. `computer_unix_s` is the computer's time of day when the
+    status came.
     """
     if status.phase != DropPhase.LANDED:
         return False

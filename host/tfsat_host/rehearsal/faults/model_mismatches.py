@@ -46,9 +46,7 @@ def strained_inertia(inertia_kg_m2: FloatArray, strain: FloatArray) -> FloatArra
     S' is positive definite with S = tr(I) / 2 1 - I, so that no moment is negative or greater than the other two
     together: the body can exist (Wensing, Kim, Slotine, IEEE RA-L 3, 2018).
 
-    Args:
-        inertia_kg_m2: (3, 3) about the center of mass.
-        strain: E, (3, 3), symmetric.
+    `inertia_kg_m2` is about the center of mass; `strain` is E, (3, 3), symmetric.
 
     Raises:
         numpy.linalg.LinAlgError: no body has `inertia_kg_m2`.

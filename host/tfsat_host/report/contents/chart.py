@@ -90,13 +90,9 @@ def lines_of(
     *,
     by_side: bool = False,
 ) -> list[Line]:
-    """Build a line for each of the k columns and each side, ordered by column or by side.
+    """Build a line for each of the k columns and each side, ordered by column or, with `by_side`, by side.
 
-    Args:
-        names: Names of the columns.
-        sides: The values of each side.
-        components: Color indices of the columns.
-        by_side: Order the lines by side instead of by column.
+    `names` and `components`, their color indices, are the columns'.
     """
     columns = list(enumerate(names))
     pairs = (
@@ -124,13 +120,8 @@ def spectrum_chart(
 ) -> Chart:
     """Amplitudes before and after the correction, without the mean at 0 Hz: a logarithmic axis has no place for it.
 
-    Args:
-        chart_id: Of the chart.
-        title: For people.
-        unit: Of the amplitudes.
-        compared: Of three components.
-        names: Theirs.
-        components: Their colors.
+    Three components are compared; `names` and `components`, their color indices, are theirs. `unit` is of the
+    amplitudes.
     """
     # Without bin 0, the mean, and without zeros: a logarithmic axis has a place for neither.
     before, after = (

@@ -119,13 +119,9 @@ def collect(
     command: NextStep = _BUNDLE,
     nothing: str = "Nothing was bundled.",
 ) -> tuple[BundleContents, EvaluationInputs]:
-    """Looks for all files of a drop, as `evaluate` would.
+    """Looks for all files of a drop (a recording, or its folder), as `evaluate` would.
 
-    Args:
-        place: A recording, or its folder.
-        options: What else is known of the drop.
-        command: Which asks; for errors.
-        nothing: What it then did not do; a sentence.
+    `command` asks for them, and `nothing`, a sentence, tells what it then did not do: for errors.
 
     Raises:
         TfsatError: there is no recording, a file that was named is not there, or one that was not named lies elsewhere.
@@ -338,10 +334,7 @@ def not_as_checked(
 
     A certificate is rewritten after the landing: the one that was checked is then among those that were kept.
 
-    Args:
-        preflight: Of the run.
-        at_hand: SHA-256 of every file, by its name in the bundle.
-        inputs: The files that the drop is evaluated with.
+    `at_hand` has the SHA-256 of every file, by its name in the bundle.
     """
     sentences = (
         _change_text(kind, preflight.files[kind], at_hand, getattr(inputs, kind))

@@ -112,14 +112,10 @@ def bundle(
     force: bool = False,
     notices: Notices = SILENT,
 ) -> WrittenBundle:
-    """Collects, evaluates, writes. The same run gives the same bytes.
+    """Collects, evaluates with these options, writes. The same run gives the same bytes.
 
-    Args:
-        place: A recording, or its folder.
-        options: With what it is evaluated.
-        target: The archive; None: its name and `ENDING` in the current folder.
-        force: Whether a file that is no bundle may be overwritten.
-        notices: For progress.
+    `place` is a recording, or its folder; `target` None: the archive's name and `ENDING` in the current
+    folder. With `force` a file that is no bundle may be overwritten.
 
     Raises:
         TfsatError: a file that was named is not there, or something is in the way. Nothing was written.
@@ -204,13 +200,7 @@ def recompute(folder: Path, name: str, inputs: EvaluationInputs) -> RecomputedEv
 
     An evaluation notes the landing of the drop in the certificate: it gets a copy.
 
-    Args:
-        folder: The bundle, unpacked.
-        name: Of the drop.
-        inputs: How it is to be evaluated.
-
-    Raises:
-        OSError: a file cannot be read.
+    `folder` is the bundle, unpacked; `name` the drop's. Raises OSError: a file cannot be read.
     """
     folder = folder.resolve()
     with tempfile.TemporaryDirectory(prefix="tfsat-certificate-") as temporary_folder:

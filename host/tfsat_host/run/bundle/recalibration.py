@@ -28,12 +28,9 @@ from tfsat_host.run.bundle.manifest import Manifest
 
 
 def recalibrate(folder: Path, manifest: Manifest, at_release: str | None) -> list[ComparedPart]:
-    """Recompute and compare the bundle's certificate.
+    """Recompute and compare the certificate of a bundle that was unpacked into `folder`.
 
-    Args:
-        folder: The bundle, unpacked.
-        manifest: Of the bundle.
-        at_release: The certificate in force at the release, by its name in the bundle: compared, too.
+    So is the certificate in force at the release, `at_release`, by its name in the bundle.
     """
     inputs = manifest.evaluated
     if inputs.calibration is None:

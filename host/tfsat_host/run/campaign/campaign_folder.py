@@ -184,10 +184,8 @@ def list_drops(folder: Path) -> CampaignList:
 def add(folder: Path, staged: Path, entry_of: Callable[[int], DropEntry]) -> DropEntry:
     """Gives a drop the next number and its place.
 
-    Args:
-        folder: Of the campaign.
-        staged: The drop's folder, whole, in the campaign's folder under a name that begins with `STAGING`. It is moved.
-        entry_of: Makes the entry when the number is known.
+    `staged` is the drop's folder, whole, in the campaign's `folder` under a name that begins with `STAGING`;
+    it is moved. `entry_of` makes the entry when the number is known.
 
     Raises:
         CampaignError: it is no campaign, it holds this recording already or another copy of it, or it is full.
