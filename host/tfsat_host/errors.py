@@ -62,12 +62,6 @@ class UsageError(TfsatError):
     exit_code: ClassVar[ExitCode] = ExitCode.USAGE
 
 
-class DataLossError(TfsatError):
-    """The work was done, but data was lost or is doubtful."""
-
-    exit_code: ClassVar[ExitCode] = ExitCode.DATA_LOSS
-
-
 class RefusedError(TfsatError):
     """An interlock refused; nothing was changed."""
 

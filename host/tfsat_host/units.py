@@ -46,15 +46,6 @@ def deg_from_cdeg(angle_cdeg: int) -> float:
     return angle_cdeg / CDEG_PER_DEG
 
 
-def us_from_s(t_s: float) -> int:
-    """Microseconds, rounded up: a time never moves earlier by being converted.
-
-    Raises:
-        ValueError: `t_s` is infinite or not a number.
-    """
-    return math.ceil(exact(t_s) * US_PER_S)
-
-
 def s_from_us(t_us: int) -> float:
     """Seconds, as the float nearest to the exact decimal value."""
     return t_us / US_PER_S

@@ -23,7 +23,7 @@ from tfsat_host.cli import envelope, ports, upload_sequence
 from tfsat_host.cli.commands import EXAMPLES, GROUPS, HELPS
 from tfsat_host.cli.main import main
 from tfsat_host.cli.parser import module_of, parser_with
-from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
+from tfsat_host.errors import RefusedError, TfsatError, UsageError
 from tfsat_host.robot import default_robot_path
 
 # What takes longest to import, and what not every computer has.
@@ -180,8 +180,8 @@ def test_usage_errors(tfsat_host: RunCli, args: tuple[str, ...]) -> None:
 
 
 def test_exit_codes_of_the_errors() -> None:
-    codes = {kind.__name__: kind.exit_code for kind in (TfsatError, UsageError, DataLossError, RefusedError)}
-    assert codes == {"TfsatError": 1, "UsageError": 2, "DataLossError": 3, "RefusedError": 4}
+    codes = {kind.__name__: kind.exit_code for kind in (TfsatError, UsageError, RefusedError)}
+    assert codes == {"TfsatError": 1, "UsageError": 2, "RefusedError": 4}
     error = RefusedError(what="Switch 1 is open.", meaning="It would start.", next_step="Close it.")
     assert str(error) == "Switch 1 is open.\nIt would start.\nClose it."
 
@@ -193,9 +193,7 @@ def _ports_raise(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     monkeypatch.setattr(ports, "system_ports", fail)
 
 
-@pytest.mark.parametrize(
-    ("kind", "code"), [(TfsatError, 1), (UsageError, 2), (DataLossError, 3), (RefusedError, 4)]
-)
+@pytest.mark.parametrize(("kind", "code"), [(TfsatError, 1), (UsageError, 2), (RefusedError, 4)])
 def test_an_error_of_a_command_ends_with_its_code_and_its_words(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], kind: type[TfsatError], code: int
 ) -> None:

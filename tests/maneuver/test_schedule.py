@@ -18,7 +18,6 @@ from tfsat_host.maneuver import (
 from tfsat_host.maneuver.schedule import STROKES
 from tfsat_host.protocol.limits import FALL_US, JOINT_ANGLE_MAX_CDEG, PAUSE_MIN_US, SCHEDULE_GRID_US
 from tfsat_host.quantity import records
-from tfsat_host.units import us_from_s
 
 
 def test_the_drop_experiment() -> None:
@@ -177,20 +176,3 @@ def test_the_noise_of_radians_is_no_rounding(noise: float) -> None:
     schedule = schedule_maneuver(Maneuver(strokes, speed_deg_s=30 + noise))
     assert (schedule.speed_deg_s, schedule.notices) == (30.0, ())
     assert schedule_maneuver(Maneuver(strokes, speed_deg_s=400.00000000000006)).speed_deg_s == 400.0
-
-
-@given(st.floats(0.0, 60.0))
-def test_a_time_never_moves_earlier_by_being_converted(t_s: float) -> None:
-    # Earlier by a microsecond could be before the pause or before another stroke's end.
-    us = us_from_s(t_s)
-    assert (us - 1) / 1_000_000 < t_s <= us / 1_000_000 or us == t_s == 0
-
-
-def test_a_time_of_whole_microseconds_is_exact() -> None:
-    assert [us_from_s(t_s) for t_s in (0.7, 1.05, 1.47, 1.82, 1e-7)] == [
-        700_000,
-        1_050_000,
-        1_470_000,
-        1_820_000,
-        1,
-    ]

@@ -267,16 +267,12 @@ class LoggerClient(BoardClient):
         """Switches live sampling off."""
         self._client.request(msg.LiveRequest(0), msg.LiveReply)
 
-    def live_samples(self, timeout_s: float = LIVE_TIMEOUT_S) -> list[LiveSample]:
-        """Samples that have arrived since the last call, while live sampling is on.
-
-        Raises:
-            TfsatError: none came within `timeout_s`.
-        """
-        samples = self._client.live_samples(timeout_s)
+    def live_samples(self) -> list[LiveSample]:
+        """Samples since the last call, while live sampling is on. Raises TfsatError: none within LIVE_TIMEOUT_S."""
+        samples = self._client.live_samples(LIVE_TIMEOUT_S)
         if not samples:
             raise TfsatError(
-                what=f"No live sample within {timeout_s:g} s.",
+                what=f"No live sample within {LIVE_TIMEOUT_S:g} s.",
                 meaning="The logger has stopped sampling, or the cable is loose.",
                 next_step=Advice(NextStep("status")),
             )

@@ -315,7 +315,7 @@ def rotate_base(hinge: Hinge, angles: FloatArray, delta: FloatArray, steps: int 
     start = angles[hinge.step.joint]
     # A step's nodes are one more axis before the batch: (steps, 3 nodes, ...).
     nodes = ((np.arange(steps)[:, None] + GAUSS) / steps).reshape(steps, 3, *(1,) * np.ndim(delta))
-    rates = base_rate(_with_axes(halves, 2), start + nodes * delta)
+    rates = base_rate(_with_axes(halves), start + nodes * delta)
     increments = magnus6(rates, delta / steps)
     # Rotations do not commute: multiply the steps in their order.
     rotation = quaternion.exponential(increments[:, 0])
@@ -326,11 +326,11 @@ def rotate_base(hinge: Hinge, angles: FloatArray, delta: FloatArray, steps: int 
     return rotation
 
 
-def _with_axes(halves: Halves, count: int) -> Halves:
-    """Room for `count` axes between components and batch."""
+def _with_axes(halves: Halves) -> Halves:
+    """Room for two axes, steps and nodes, between components and batch."""
 
     def wide(values: FloatArray, core_ndim: int) -> FloatArray:
-        return values.reshape(values.shape[:core_ndim] + (1,) * count + values.shape[core_ndim:])
+        return values.reshape(*values.shape[:core_ndim], 1, 1, *values.shape[core_ndim:])
 
     fixed, moving = (Composite(c.mass, wide(c.com, 1), wide(c.inertia, 2)) for c in halves[:2])
     return Halves(fixed, moving, wide(halves.point, 1))

@@ -80,13 +80,8 @@ class ImuPart:
     sources: Mapping[str, str]
 
 
-def shipped_imus() -> tuple[str, ...]:
-    """Names of the IMUs that tfsat brings along, in alphabetical order."""
-    return tuple(_SHIPPED)
-
-
 def load_imu(name_or_path: str | Path) -> ImuPart:
-    """Load an IMU by its name in `shipped_imus()` or from a file.
+    """Load an IMU that tfsat brings along by its name, or any from a file.
 
     Raises:
         EmulationError: there is no such IMU or file, or the file has missing, unknown or invalid entries.
