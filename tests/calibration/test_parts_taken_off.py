@@ -11,7 +11,8 @@ import pytest
 
 from tests.calibration.bench_day import MODEL, REST, SWINGS, TURN, ZERO, day, later, record_good_step
 from tests.calibration.test_replacements import NOON, SUBJECT, same_gyro
-from tests.robot.fewer_parts import smaller_robot
+from tests.cli.process import RunCli
+from tests.robot.fewer_parts import robot_text, smaller_robot
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.certificate.calibration_campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Calibration, quantities
@@ -80,7 +81,7 @@ def test_an_imu_is_put_on_and_measured(whole: Calibration, without_imu_4: RobotM
         fewer.accept(at(record_good_step(step), 4.5))
     with pytest.raises(CalibrationError) as refused:
         open_campaign(tmp_path, MODEL)
-    assert refused.value.what.endswith("imu-4 was absent or silent and is an IMU with WHO_AM_I 68.")
+    assert refused.value.what.endswith("holds another calibration: imu-4 was absent.")
     assert "tfsat-host calibrate replaced imu-4" in refused.value.next_step
     again = open_campaign(tmp_path, MODEL, "68" * 4, "imu-4")
     calibration = again.replace_parts(NOON + timedelta(hours=6))
@@ -107,3 +108,15 @@ def test_a_body_is_taken_off(whole: Calibration, tmp_path: Path) -> None:
     assert lacking(again) == OF_BODY_4 | SERVOS | {"zero point of joint 3"}
     again.accept(at(record_good_step(ZERO), 16.0))
     assert lacking(again) == OF_BODY_4 | SERVOS
+
+
+def test_what_is_to_be_typed_first_for_a_part_that_was_put_on_is_shown(tfsat_host: RunCli) -> None:
+    """Each step that `calibrate show` names would be refused before it."""
+    text = robot_text(without_imu=[2]).replace("smaller robot", MODEL.name)
+    (tfsat_host.folder / "small.toml").write_text(text, encoding="utf-8")
+    tfsat_host("calibrate", "bias", "--emulated", "--yes", "--robot", "small.toml")
+    shown = tfsat_host("calibrate", "show", "--emulated").stdout
+    first, second = shown[shown.index("To measure:") :].splitlines()[1:3]
+    assert first == "  tfsat-host calibrate replaced imu-2 --emulated (put on since), then"
+    assert "To measure:\n  tfsat-host calibrate bias" in tfsat_host(*first.split()[1:5]).stdout
+    tfsat_host(*second.split()[1:], "--yes")

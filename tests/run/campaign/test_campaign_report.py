@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from shutil import copyfile
+from shutil import copyfile, rmtree
 
 import pytest
 
@@ -125,6 +125,16 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     assert "was not made by this command" in command("campaign", "report", "camp", expect=1).err
 
 
+def test_a_drop_that_is_gone_is_missed_on_screen_and_page(camp: Path) -> None:
+    """The page is what is sent on: it must not read as a whole campaign."""
+    add_runs("run1", "run2")
+    rmtree(camp / "drop-0002")
+    words = command("campaign", "report", "camp", expect=3).words
+    assert words.startswith("DOUBTFUL: 2 drops (1 failed, 1 good)")
+    page = (camp / "report.html").read_text(encoding="utf-8")
+    assert "drop-0002/SD.bin is gone." in page
+
+
 def test_each_drops_own_laser_spots_are_read(camp: Path) -> None:
     """A file of that name that lies in a drop's folder counts; a drop without one is evaluated without."""
     add_runs("run1", "run2")
@@ -134,6 +144,10 @@ def test_each_drops_own_laser_spots_are_read(camp: Path) -> None:
     assert "no column up_mm" in first["error"]["what"]
     assert "t_s,spot,along_mm,up_mm" in first["error"]["next_step"]
     assert second["evaluation"]["release_velocity"] is None
+    err = command("campaign", "report", "camp", "--laser", "spots.csv", expect=3).err
+    assert "Without spots.csv, and so without a measured release velocity: drop-0002." in err
+    misspelt = command("campaign", "report", "camp", "--laser", "spot.csv", expect=1).err
+    assert "No drop in camp has a file spot.csv." in misspelt
     assert result("campaign", "report", "camp", "--force", "--facility", "x.toml", expect=2)["error"]
 
 

@@ -26,7 +26,7 @@ from tfsat_host.calibration.certificate.simulated_quantities import (
     measured_by,
     with_measured,
 )
-from tfsat_host.calibration.replacements import ANGLES, IMUS, NEVER_REPLACED, Replacement, Specimens
+from tfsat_host.calibration.replacements import IMUS, NEVER_REPLACED, Replacement, Specimens
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
 from tfsat_host.file_lock import LockError, one_at_a_time
@@ -177,7 +177,7 @@ class Campaign:
             # Begin empty in memory; the old file stays until a step is accepted.
             self._replaces = True
             return
-        put_on = self._joints_put_on(calibration)
+        put_on = [part for part in calibration.parts_put_on(self._model) if part not in self._replaced]
         if self._is_same_robot(calibration.subject) and not put_on:
             self._take(calibration)
         elif force:
@@ -191,12 +191,6 @@ class Campaign:
         for part in self._replaced:
             subject = subject.with_part(part, self._subject.of_part(part))
         return subject.of_robot(self._model) == self._subject
-
-    def _joints_put_on(self, calibration: Calibration) -> list[str]:
-        """Name the angle sensors that were absent when this was measured, are there now, and were not told."""
-        joints = zip(ANGLES, calibration.joints, self._model.servos, strict=True)
-        there = [part for part, then, now in joints if then.absent and not now.absent]
-        return [part for part in there if part not in self._replaced]
 
     def _catch_up(self) -> None:
         """Takes what another program has written since."""
@@ -386,9 +380,12 @@ def _of_another(certificate: Path, there: Subject, here: Subject, put_on: list[s
     # The same robot on the same logger: it has other IMUs, or more joints.
     if there.describe() == here.describe():
         imus = [IMUS[body - 1] for body in exchanged_imus(there, here.who_am_i)]
-        differences = [f"{part} was {there.name_part(part)} and is {here.name_part(part)}" for part in imus]
-        difference = "; ".join([*differences, *(f"{part} was absent" for part in put_on)])
-        parts = [*imus, *put_on]
+        others = [part for part in imus if part not in put_on]
+        differences = [f"{part} was absent" for part in put_on]
+        differences += [
+            f"{part} was {there.name_part(part)} and is {here.name_part(part)}" for part in others
+        ]
+        difference, parts = "; ".join(differences), [*put_on, *others]
     return CalibrationError(
         what=f"{certificate} holds another calibration: {difference}.",
         meaning="Nothing was measured, nothing was overwritten.",

@@ -9,7 +9,7 @@ from typing import Literal
 
 from tfsat_host import __version__
 from tfsat_host.arrays import describe_fields
-from tfsat_host.calibration.replacements import IMUS, LOGGER, Replacement, Specimens
+from tfsat_host.calibration.replacements import ANGLES, IMUS, LOGGER, Replacement, Specimens
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensors_by_design
 from tfsat_host.calibration.servos.dynamics_fit import MeasuredDynamics
@@ -172,6 +172,13 @@ class Calibration:
                 for sensors in self.joints
             ),
         )
+
+    def parts_put_on(self, model: RobotModel) -> list[str]:
+        """Name the parts that were absent when this was measured, and are in a robot file."""
+        then = [sensor.absent for sensor in (*self.gyros, *self.joints)]
+        now = [part.absent for part in (*model.imus, *model.servos)]
+        parts = zip((*IMUS, *ANGLES), then, now, strict=True)
+        return [part for part, was_absent, is_absent in parts if was_absent and not is_absent]
 
     @property
     def present_gyros(self) -> list[GyroCalibration]:

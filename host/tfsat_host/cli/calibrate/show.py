@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -44,10 +45,11 @@ def show_certificate(
     if absent := describe_absent(robot):
         out.note(absent)
     result = review(file, calibration.of_robot(robot), robot, datetime.now(UTC))
-    out.result(record(REVIEW, result), lambda: _show(result, out, full=full))
+    put_on = calibration.parts_put_on(robot)
+    out.result(record(REVIEW, result), lambda: _show(result, put_on, out, full=full))
 
 
-def _show(result: Review, out: Output, *, full: bool) -> None:
+def _show(result: Review, put_on: Sequence[str], out: Output, *, full: bool) -> None:
     """One screen: the verdict, what it rests on, what to type; with `full` every value before that."""
     sentences([result.verdict], out)
     show_facts(SUMMARY, result, out)
@@ -56,6 +58,8 @@ def _show(result: Review, out: Output, *, full: bool) -> None:
         show(full_tables(result), out)
     if commands := commands_of(result.shortcomings):
         out.line("To measure:")
+        if put_on:
+            out.line(Advice("  ", NextStep("calibrate replaced", tuple(put_on)), " (put on since), then"))
         for command in commands:
             out.line(Advice("  ", command))
     if not full:

@@ -204,19 +204,35 @@ def report(
     if not present:
         raise _nothing_to_compare(folder, contents.findings)
     report_options = ReportOptions(page or folder / PAGE, force=force)
+    _require_laser(laser, present, folder, notices)
     files = ReportFiles.of([_recording_file(folder, drop) for drop in present], None, report_options)
     files.check()
     options = EvaluationOptions(robot=robot, laser=laser, facility=facility)
     options.check([folder])
     if robot is not None:
         drop_evaluation.robot_of(robot)  # one that cannot be read is no drop's fault
-    tried = [TriedDrop(drop, _try_evaluation(drop, folder, options, notices)) for drop in present]
+    tried = [TriedDrop(drop, _try_evaluation(drop, folder, options, notices)) for drop in counting]
     # Offsets are of one robot and its file: only drops that share both are combined.
     robots = by_robot([(drop.entry.number, drop.evaluation) for drop in tried if drop.evaluation])
     if robots:
         _write(tried, robots, files, notices)
     void = [drop for drop in contents.drops if drop.void is not None]
     return CampaignReport(folder, files.page if robots else None, tried, void, robots, contents.findings)
+
+
+def _require_laser(laser: Path | None, present: Sequence[DropEntry], folder: Path, notices: Notices) -> None:
+    """Say which drops have no file of laser spots. Raises TfsatError: none has one."""
+    if laser is None:
+        return
+    without = [drop.folder for drop in present if not (folder / drop.folder / laser).is_file()]
+    if len(without) == len(present):
+        raise TfsatError(
+            what=f"No drop in {folder} has a file {laser}.",
+            meaning="Nothing was evaluated.",
+            next_step="Copy each drop's laser spots into its folder under that name, or leave --laser out.",
+        )
+    if without:
+        notices.note(f"Without {laser}, and so without a measured release velocity: {', '.join(without)}.")
 
 
 def _recording_file(folder: Path, drop: DropEntry) -> Path:
@@ -250,6 +266,15 @@ def _try_evaluation(
     """
     recording = _recording_file(folder, drop)
     try:
+        if not recording.is_file():
+            raise TfsatError(
+                what=f"{recording} is gone.",
+                meaning="The drop is left out; what is said of the others holds.",
+                next_step=Advice(
+                    "Copy it back from a backup or out of its bundle; if it is lost: ",
+                    NextStep("campaign void", (str(folder), str(drop.number), "REASON")),
+                ),
+            )
         _require_as_it_came(drop, folder)
         robot = drop_evaluation.robot_of(options.robot, [recording])
         laser = None if options.laser is None else recording.parent / options.laser
