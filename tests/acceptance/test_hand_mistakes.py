@@ -216,7 +216,7 @@ def test_joints_that_are_not_half_open_move_no_servo(capsys: pytest.CaptureFixtu
             right(task, number)
             if task is Task.OPEN_HALF:
                 for joint in (1, 2, 3):
-                    robot.operator.close_joint(joint)
+                    robot.operator.put_joint(joint)
 
         instead(bench, close_them)
         found = blocking(bench, "motion", "servos")

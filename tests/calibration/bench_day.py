@@ -141,7 +141,7 @@ def hands_move(
 
     def move(robot: EmulatedRobot) -> None:
         robot.hold((4,))
-        robot.operator.close_joint(joint)
+        robot.operator.put_joint(joint)
         robot.hold(tuple(held_bodies))
         robot.operator.move_joint(joint, motion)
 
@@ -159,7 +159,7 @@ def hands_turn(
     def move(robot: EmulatedRobot) -> None:
         robot.hold((4,))
         for joint in (1, 2, 3):
-            robot.operator.close_joint(joint)
+            robot.operator.put_joint(joint)
         robot.hold((1, 2, 3, 4))
         robot.operator.turn(np.asarray(about, dtype=np.float64), motion)
 

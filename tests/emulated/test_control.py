@@ -63,7 +63,7 @@ def test_a_drop_lands_and_nobody_touches_the_robot_meanwhile(person: Person) -> 
     assert person("wait 0.1") == "ok"
     assert person.values("time")[1] == "falling"
     # Whoever touches a falling robot would be part of the drop.
-    for line in ("hold 1", "seat", "swing 1 10 1 1", "sweep 1", "close 1", "turn z 90", "drop"):
+    for line in ("hold 1", "seat", "swing 1 10 1 1", "sweep 1", "close 1", "open 1 45", "turn z 90", "drop"):
         assert person(line).startswith("error The robot is falling")
     assert person("wait still") == "ok"
     assert float(person.values("time")[0]) == pytest.approx(0.5, abs=0.02)
@@ -122,8 +122,8 @@ def test_switches_reach_the_boards(
 
 def test_help_names_every_command(person: Person) -> None:
     assert person("help") == person("HELP")
-    for word in ("hold", "swing", "sweep", "close", "turn", "seat", "press", "release", "knock", "power", "cable",
-                 "reset", "fault", "drop", "angles", "card", "time", "wait", "quit"):  # fmt: skip
+    for word in ("hold", "swing", "sweep", "close", "open", "turn", "seat", "press", "release", "knock", "power",
+                 "cable", "reset", "fault", "drop", "angles", "card", "time", "wait", "quit"):  # fmt: skip
         assert word in person("help")
 
 
@@ -132,6 +132,10 @@ def test_a_joint_that_was_left_open_is_closed_by_hand(person: Person) -> None:
     assert person("wait 1") == "ok"
     assert float(person.values("angles")[1]) == pytest.approx(40.0, abs=1.0)
     assert person("close 2") == "ok"
+    assert person("open 3 45") == "ok"
+    assert person("angles") == "ok 0.00 0.00 45.00"
+    assert person("open 3 145").startswith("error")
+    assert person("close 3") == "ok"
     assert person.values("angles") == ["0.00", "0.00", "0.00"]
     assert person("close 4").startswith("error")
 

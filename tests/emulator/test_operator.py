@@ -269,7 +269,7 @@ def test_a_joint_that_its_servo_holds_is_not_moved_by_hand() -> None:
 
         sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
         sequencer.run(Jog(1, 0, 200), 0.0, lambda: False, try_by_hand)
-        assert refused and set(refused) == {"Joint 1 cannot be closed by hand."}
+        assert refused and set(refused) == {"Joint 1 cannot be put at 0 deg by hand."}
 
 
 def test_human_hands_differ_and_stay_human() -> None:

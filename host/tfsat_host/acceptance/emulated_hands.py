@@ -71,7 +71,7 @@ class EmulatedHands:
     def _close_joints(self) -> None:
         self._robot.hold(self._bodies[-1:])
         for joint in self._joints:
-            self._robot.operator.close_joint(joint)
+            self._robot.operator.put_joint(joint)
         self._robot.hold(self._bodies)
 
     def _press(self, *pressed: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from collections import deque
@@ -278,7 +279,13 @@ _VERBS: dict[str, _Verb] = {
     "hold": _Verb("BODY...", lambda server, *bodies: _held_robot(server).hold(bodies)),
     "swing": _Verb("JOINT DEGREES PERIOD CYCLES", _swing_joint),
     "sweep": _Verb("JOINT", _sweep),
-    "close": _Verb("JOINT", lambda server, joint: _held_robot(server).operator.close_joint(joint)),
+    "close": _Verb("JOINT", lambda server, joint: _held_robot(server).operator.put_joint(joint)),
+    "open": _Verb(
+        "JOINT DEGREES",
+        lambda server, joint, angle_deg: _held_robot(server).operator.put_joint(
+            joint, math.radians(angle_deg)
+        ),
+    ),
     "turn": _Verb("x|y|z DEGREES [ROUNDS]", _turn),
     "seat": _Verb("", lambda server: _held_robot(server).seat()),
     "press": _Verb("1|2", lambda server, switch: server.robot.set_switch(switch, True)),

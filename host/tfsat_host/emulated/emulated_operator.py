@@ -180,7 +180,7 @@ class EmulatedOperator:
         """Close the joints while holding the robot by one body only, then lay the whole robot down."""
         self._robot.hold(_ALL_BODIES[-1:])
         for joint in joints:
-            self._robot.operator.close_joint(joint)
+            self._robot.operator.put_joint(joint)
         self._robot.hold(_ALL_BODIES)
 
     def _move(self, step: Step, joint: int) -> None:

@@ -140,16 +140,19 @@ class OperatorMotion:
         """Keeps the held bodies in hand while the servo of a joint (1 to 3) moves, until the next `hold`."""
         self._library.tfsat_hold_against(self._robot, _hands(motion), joint - 1)
 
-    def close_joint(self, joint: int) -> None:
-        """Puts a limp joint (1 to 3) at angle 0, as the holding attachment does. Takes no time.
+    def put_joint(self, joint: int, angle_rad: float = 0.0) -> None:
+        """Puts a limp joint (1 to 3) at an angle, 0 as the holding attachment does. Takes no time.
 
         Raises:
-            EmulationError: its servo holds the joint, 0 is outside its range, or the robot falls.
+            EmulationError: its servo holds the joint, the angle is outside its range, or the robot falls.
         """
-        if not (1 <= joint <= JOINT_COUNT and self._library.tfsat_set_joint(self._robot, joint - 1, 0.0)):
+        if not (
+            1 <= joint <= JOINT_COUNT and self._library.tfsat_set_joint(self._robot, joint - 1, angle_rad)
+        ):
+            angle = f"{math.degrees(angle_rad):g} deg"
             raise EmulationError(
-                what=f"Joint {joint} cannot be closed by hand.",
-                meaning="Its servo holds it, 0 deg is outside its range, the robot falls, or there is no such joint.",
+                what=f"Joint {joint} cannot be put at {angle} by hand.",
+                meaning=f"Its servo holds it, {angle} is outside its range, the robot falls, or no such joint exists.",
                 next_step="Disarm the sequencer first.",
             )
 
