@@ -175,7 +175,7 @@ class Calibration:
 
     def parts_put_on(self, model: RobotModel) -> list[str]:
         """Name the parts that were absent when this was measured, and are in a robot file."""
-        then = [sensor.absent for sensor in (*self.gyros, *self.joints)]
+        then = [gyro.absent for gyro in self.gyros] + [joint.absent for joint in self.joints]
         now = [imu.absent for imu in model.imus] + [servo.absent for servo in model.servos]
         parts = zip((*IMUS, *ANGLES), then, now, strict=True)
         return [part for part, was_absent, is_absent in parts if was_absent and not is_absent]
