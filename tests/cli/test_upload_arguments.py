@@ -41,7 +41,7 @@ def test_a_rounded_angle_is_said_on_stderr_and_in_json(tfsat_host: RunCli) -> No
 
 
 def test_what_does_not_fit_the_drop_tower_is_said(tfsat_host: RunCli) -> None:
-    process = tfsat_host("upload-sequence", 59, 90, "--dry-run")
+    process = tfsat_host("upload-sequence", 59, 90, "--dry-run", expect=3)
     assert "The check stroke-time failed: Joints move for 1.753 s" in process.stderr
     assert "DOES NOT FIT COSMOTORRE" in process.stdout and "but see the warning" in process.stdout
     assert (

@@ -58,7 +58,7 @@ def test_a_robot_file_without_rates_is_said(tmp_path: Path, text: str | None) ->
 
 
 def test_the_command_warns_and_does_not_say_that_it_may_fly(tfsat_host: RunCli) -> None:
-    process = tfsat_host("upload-sequence", 59, 70, "--speed", 400, "--dry-run")
+    process = tfsat_host("upload-sequence", 59, 70, "--speed", 400, "--dry-run", expect=3)
     assert "above the greatest rate of the servos" in process.stderr
     assert "may fly" not in process.stdout
-    assert tfsat_host.json("upload-sequence", 59, 70, "--speed", 400, "--dry-run")["notices"]
+    assert tfsat_host.json("upload-sequence", 59, 70, "--speed", 400, "--dry-run", expect=3)["notices"]

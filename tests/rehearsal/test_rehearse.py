@@ -205,7 +205,7 @@ def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -
 
     At 400 deg/s each stroke is over before the servos, 200 deg/s at most, have completed it.
     """
-    tfsat_host("upload-sequence", "59", "70", "--speed", "400", "--dry-run", "--out", "fast.toml")
+    tfsat_host("upload-sequence", "59", "70", "--speed", "400", "--dry-run", "--out", "fast.toml", expect=3)
     process = tfsat_host("rehearse", "--file", "fast.toml", "--as-filed", "--despite-preflight", expect=3)
     assert "above the greatest rate of the servos, 200 deg/s" in process.stderr
     assert "Warning: Stroke 2 moved its joint by +57." in process.stderr

@@ -13,6 +13,7 @@ from tfsat_host.cli.boards import offering_emulated, open_sequencer
 from tfsat_host.cli.usage import device, refuse_existing
 from tfsat_host.devices.board_identity import DEVICE, Device
 from tfsat_host.devices.sequencer import StoredManeuver, Upload
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, write_maneuver
 from tfsat_host.maneuver.schedule import STROKES, servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
@@ -108,7 +109,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             expected=expected.errors,
         )
     out.result(record(_DRY_RUN if args.dry_run else _UPLOADED, result), lambda: _show(result, out))
-    return 0
+    return ExitCode.DATA_LOSS if result.doubtful else 0
 
 
 class _InTower(NamedTuple):
