@@ -92,14 +92,17 @@ def test_an_imu_is_put_on_and_measured(whole: Calibration, without_imu_4: RobotM
     assert lacking(again) == (OF_BODY_4 | SERVOS) - {"bias of body 4", "scale factor z of body 4"}
 
 
-def test_a_body_is_taken_off(whole: Calibration, tmp_path: Path) -> None:
+def test_a_body_is_taken_off(whole: Calibration, without_imu_4: RobotModel, tmp_path: Path) -> None:
     model = fill_places(smaller_robot(tmp_path, bodies=3))
     fewer = open_campaign(tmp_path, model, "68686800")
     calibration = fewer.accept(at(record_good_step(REST), 10.0))
     assert [sensors.joint for sensors in calibration.present_joints] == [1, 2]
     assert calibration.joints[1].zero_recorded_at == whole.joints[1].zero_recorded_at
     assert lacking(fewer) == SERVOS - {"servo of joint 3"}
-    # Put on again: what was measured of its joint before does not come back with it.
+    assert {entry.step.joint for entry in fewer.evidence} == {None, 1, 2}
+    # Put on again without its IMU, and with it: what was measured of its joint before does not come back.
+    with pytest.raises(CalibrationError, match="angle-3 was absent"):
+        open_campaign(tmp_path, without_imu_4)
     with pytest.raises(CalibrationError) as refused:
         open_campaign(tmp_path, MODEL)
     assert "tfsat-host calibrate replaced imu-4 angle-3" in refused.value.next_step
