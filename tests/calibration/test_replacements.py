@@ -160,6 +160,14 @@ def test_a_robot_keeps_its_calibration_through_three_repairs(campaign: Campaign,
     assert open_campaign(tmp_path, other_chip).calibration is not None
 
 
+def test_a_silent_imu_is_looked_for_before_it_counts_as_replaced(campaign: Campaign, tmp_path: Path) -> None:
+    assert campaign.calibration is not None
+    with pytest.raises(CalibrationError) as refused:
+        open_campaign(tmp_path, replace(SUBJECT, who_am_i="68006868"))
+    assert "imu-2 was an IMU with WHO_AM_I 68 and is silent." in refused.value.what
+    assert refused.value.next_step.startswith("Check plug and cable of imu-2: tfsat-host monitor. If a part")
+
+
 def test_a_part_of_another_robot_is_no_replacement(campaign: Campaign, tmp_path: Path) -> None:
     both = Subject(MODEL.name, "0b" * 8, "68687068", False)
     with pytest.raises(CalibrationError, match="another calibration"):

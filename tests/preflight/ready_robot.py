@@ -26,9 +26,9 @@ from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRo
 from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.errors import TfsatError
-from tfsat_host.file_hash import sha256_of
 from tfsat_host.maneuver import format_maneuver, four_stroke, schedule_maneuver
 from tfsat_host.preflight.preflight_check import go
+from tfsat_host.robot.absent_parts import hash_wired_parts
 
 SEED = 4
 TRUTH = draw_as_built(SEED)
@@ -72,7 +72,7 @@ class ReadyRobot:
         """Write an acceptance of these boards, with one step that is due."""
         sequencer, logger = (AcceptedBoard.of(board.identity) for board in (self.sequencer(), self.logger()))
         done = steps or (StepResult("switches", datetime(2026, 11, 2, tzinfo=UTC), (go("fine"),)),)
-        robot = sha256_of(self.robot.model.path)
+        robot = hash_wired_parts(self.robot.model)
         write_acceptance(Acceptance(True, robot, ("switches",), sequencer, logger, done), self.folder / file)
 
     def preflight(self, *arguments: str, expect: int) -> dict[str, Any]:

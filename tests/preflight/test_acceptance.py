@@ -53,8 +53,8 @@ def test_one_of_another_board_is_no_go(ready: ReadyRobot, board: str) -> None:
 def test_one_of_another_robot_file_is_no_go(ready: ReadyRobot) -> None:
     ready.accept()
     record = json.loads((ready.folder / FILE).read_text(encoding="utf-8"))
-    (ready.folder / FILE).write_text(json.dumps(record | {"robot_sha256": "0" * 64}), encoding="utf-8")
-    assert "another robot file" in check(ready.preflight(expect=4), "acceptance")["sentence"]
+    (ready.folder / FILE).write_text(json.dumps(record | {"parts_sha256": "0" * 64}), encoding="utf-8")
+    assert "of other parts" in check(ready.preflight(expect=4), "acceptance")["sentence"]
 
 
 def test_one_that_cannot_be_read_is_not_passed_over(ready: ReadyRobot) -> None:

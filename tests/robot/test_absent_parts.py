@@ -22,6 +22,7 @@ from tfsat_host.robot.absent_parts import (
     bodies_with_imu,
     describe_absent,
     fill_places,
+    hash_wired_parts,
     ignore_absent,
     require_joint,
 )
@@ -98,6 +99,20 @@ def test_absent_parts_are_named(tmp_path: Path) -> None:
     require_joint(robot, 2)
     with pytest.raises(UsageError, match="has no joint 3"):
         require_joint(robot, 3)
+
+
+def test_corrected_masses_move_no_wire(tmp_path: Path) -> None:
+    robot = load_robot()
+    corrected = replace(robot, mass_kg=1.01 * robot.mass_kg, com_m=robot.com_m + 0.001, name="corrected")
+    assert hash_wired_parts(corrected) == hash_wired_parts(robot)
+    turned = replace(robot.angle_sensors[0], direction=-robot.angle_sensors[0].direction)
+    others = [
+        fill_places(smaller_robot(tmp_path, without_imu=[4])),
+        fill_places(smaller_robot(tmp_path, bodies=3)),
+        replace(robot, angle_sensors=(turned, *robot.angle_sensors[1:])),
+        replace(robot, joint_limits_rad=0.9 * robot.joint_limits_rad),
+    ]
+    assert len({hash_wired_parts(other) for other in (robot, *others)}) == 5
 
 
 @pytest.mark.parametrize(

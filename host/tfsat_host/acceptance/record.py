@@ -71,14 +71,14 @@ class Acceptance:
 
     Attributes:
         emulated: The robot is an emulated one.
-        robot_sha256: Of the robot file that it was held against.
+        parts_sha256: `hash_wired_parts` of the robot that it was held against.
         steps_due: Names of all steps, in order.
         sequencer, logger: The boards.
         steps: Those that were done, in order.
     """
 
     emulated: bool
-    robot_sha256: str
+    parts_sha256: str
     steps_due: tuple[str, ...]
     sequencer: AcceptedBoard
     logger: AcceptedBoard
@@ -123,7 +123,7 @@ class Acceptance:
 _BOARD = fields("serial firmware image_crc")
 COLUMNS: Columns = (
     Column("verdict", of=lambda acceptance: "not-accepted" if acceptance.remaining else "accepted"),
-    *fields("emulated robot_sha256 steps_due remaining"),
+    *fields("emulated parts_sha256 steps_due remaining"),
     Column("sequencer", columns=_BOARD),
     Column("logger", columns=_BOARD),
     Column(

@@ -93,7 +93,7 @@ def _begin(file: Path, args: argparse.Namespace, bench: Bench, out: Output) -> A
     """
     from tfsat_host.acceptance.record import Acceptance, AcceptedBoard, read_acceptance
     from tfsat_host.acceptance.steps import OF_SEQUENCER, STEPS
-    from tfsat_host.file_hash import sha256_of
+    from tfsat_host.robot.absent_parts import hash_wired_parts
 
     names = tuple(step.name for step in STEPS)
     if unknown := set(args.only or ()) - set(names):
@@ -103,16 +103,16 @@ def _begin(file: Path, args: argparse.Namespace, bench: Bench, out: Output) -> A
             next_step=f"Steps: {', '.join(names)}.",
         )
     sequencer, logger = (AcceptedBoard.of(board.identity) for board in (bench.sequencer, bench.logger))
-    robot = sha256_of(bench.robot.path)
+    robot = hash_wired_parts(bench.robot)
     fresh = Acceptance(bench.logger.identity.runs_natively, robot, names, sequencer, logger)
     if not file.exists() or args.force:
         return fresh
     before = read_acceptance(file)
     # By serial numbers: a board that was flashed again has the same wires.
-    was = (before.logger.serial, before.robot_sha256, before.steps_due)
+    was = (before.logger.serial, before.parts_sha256, before.steps_due)
     if was != (logger.serial, robot, names):
         raise UsageError(
-            what=f"{file} is of another logger, or was held against another robot file.",
+            what=f"{file} is of another logger, or of other parts by the robot file.",
             meaning="Nothing was done; that record is unchanged.",
             next_step="Name another folder with --out; --force begins anew in its place.",
         )

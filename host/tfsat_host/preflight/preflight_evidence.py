@@ -242,7 +242,7 @@ class AcceptedRobot:
         file: Of the record.
         at: When its last step was done.
         sequencer_serial, logger_serial: Of the boards that were accepted.
-        robot_sha256: Of the robot file that it was held against.
+        parts_sha256: `hash_wired_parts` of the robot that it was held against.
         remaining: Steps that were not passed.
     """
 
@@ -250,7 +250,7 @@ class AcceptedRobot:
     at: datetime
     sequencer_serial: str
     logger_serial: str
-    robot_sha256: str
+    parts_sha256: str
     remaining: tuple[str, ...]
 
 

@@ -8,6 +8,7 @@ logger reads at the places of absent sensors counts for nothing.
 from __future__ import annotations
 
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, TypeVar
 
@@ -134,6 +135,25 @@ def bodies_of(robot: RobotModel) -> tuple[int, ...]:
 def bodies_with_imu(robot: RobotModel) -> tuple[int, ...]:
     """Return the numbers of the bodies whose IMU is there, from 1, in the log's order."""
     return tuple(place for place, imu in enumerate(robot.imus, 1) if not imu.absent)
+
+
+def hash_wired_parts(robot: RobotModel) -> str:
+    """SHA-256 of what is wired and moved: which parts are there, how sensors are mounted, how far joints go.
+
+    Masses are not in it: they are corrected after a drop, and no wire moves with them.
+    """
+    described = (
+        [(imu.body, imu.absent, _rounded(imu.sensor_to_body)) for imu in robot.imus],
+        [(sensor.joint, sensor.direction, sensor.absent) for sensor in robot.angle_sensors],
+        [servo.absent for servo in robot.servos],
+        _rounded(robot.joint_limits_rad),
+    )
+    return sha256(repr(described).encode()).hexdigest()
+
+
+def _rounded(values: FloatArray) -> list[Any]:
+    # Adding 0 makes -0.0 one with 0.0.
+    return list((np.round(values, 6) + 0.0).tolist())
 
 
 def describe_absent(robot: RobotModel) -> str:

@@ -146,7 +146,7 @@ class PreparedRun:
             return Missing(f"{file} holds no step yet.", again)
         serials = accepted.sequencer.serial, accepted.logger.serial
         return AcceptedRobot(
-            str(file), accepted.steps[-1].at, *serials, accepted.robot_sha256, accepted.remaining
+            str(file), accepted.steps[-1].at, *serials, accepted.parts_sha256, accepted.remaining
         )
 
     def facility(self) -> tuple[FacilityCheck, ...] | Missing:

@@ -375,7 +375,7 @@ def _read(path: Path, recording: Recording) -> Evidence:
 
 
 def _of_another(certificate: Path, there: Subject, here: Subject, put_on: list[str]) -> CalibrationError:
-    parts = ["PART"]
+    parts, silent = ["PART"], ""
     difference = f"it is of {there.describe()}; this would be of {here.describe()}"
     # The same robot on the same logger: it has other IMUs, or more joints.
     if there.describe() == here.describe():
@@ -386,10 +386,12 @@ def _of_another(certificate: Path, there: Subject, here: Subject, put_on: list[s
             f"{part} was {there.name_part(part)} and is {here.name_part(part)}" for part in others
         ]
         difference, parts = "; ".join(differences), [*put_on, *others]
+        silent = " and ".join(part for part in others if here.of_part(part) == "00")
     return CalibrationError(
         what=f"{certificate} holds another calibration: {difference}.",
         meaning="Nothing was measured, nothing was overwritten.",
         next_step=Advice(
+            *((f"Check plug and cable of {silent}: ", NextStep("monitor"), ". ") if silent else ()),
             "If a part of that robot was replaced, or put on: ",
             NextStep("calibrate replaced", tuple(parts)),
             ". Else name another file with --out, or add --force to begin it again.",

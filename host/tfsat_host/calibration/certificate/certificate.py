@@ -69,7 +69,7 @@ class Subject:
     def name_part(self, part: str) -> str:
         """Name one of the IMUs by its WHO_AM_I."""
         told = self.of_part(part)
-        return "absent or silent" if told == "00" else f"an IMU with WHO_AM_I {told}"
+        return "silent" if told == "00" else f"an IMU with WHO_AM_I {told}"
 
     def of_part(self, part: str) -> str:
         """Return what a part tells of itself; empty: nothing."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from tfsat_host.devices.arm_refusal import describe_defects, fault_latched, first_defect
-from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.preflight_check import (
     GoNoGo,
@@ -18,6 +17,7 @@ from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence, Fai
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import FIRMWARE_VERSION, PROTOCOL_HASH, SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES
+from tfsat_host.robot.absent_parts import hash_wired_parts
 
 _FLASH: dict[str, str] = {
     "sequencer": Advice("make firmware, then: ", NextStep("flash sequencer")),
@@ -120,9 +120,9 @@ def check_acceptance(evidence: Evidence) -> PreflightCheck:
     if (sequencer.serial, logger.serial) != (accepted.sequencer_serial, accepted.logger_serial):
         others = "logger" if sequencer.serial == accepted.sequencer_serial else "sequencer"
         return no_go(f"Acceptance: {accepted.file} is of another {others}.", again, **numbers)
-    # By fewer parts it would have looked at fewer wires.
-    if accepted.robot_sha256 != sha256_of(evidence.robot.path):
-        return no_go(f"Acceptance: {accepted.file} was held against another robot file.", again, **numbers)
+    # With fewer parts it has looked at fewer wires.
+    if accepted.parts_sha256 != hash_wired_parts(evidence.robot):
+        return no_go(f"Acceptance: {accepted.file} is of other parts by its robot file.", again, **numbers)
     done = f"Acceptance of {accepted.at:%Y-%m-%d}"
     return judge(
         accepted.remaining, f"{done}: not passed: {{}}.", again, f"{done}: all steps passed.", **numbers
