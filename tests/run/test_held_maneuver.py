@@ -51,7 +51,7 @@ def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
     assert "maneuver.toml in this folder is another maneuver" in uploaded.stderr
     assert "tfsat-host upload-sequence 59 70 --out maneuver.toml --force" in uploaded.stderr
     # The hint must repeat everything that was typed, or it would write another maneuver.
-    slower = tfsat_host("upload-sequence", 59.25, 70, "--speed", 150, environ=ports).stderr
+    slower = tfsat_host("upload-sequence", 59.25, 70, "--speed", 150, environ=ports, expect=3).stderr
     assert "tfsat-host upload-sequence 59.25 70 --speed 150 --out maneuver.toml --force" in slower
     # The last upload before the drop is what the board holds.
     tfsat_host("upload-sequence", 59, 70, environ=ports)
